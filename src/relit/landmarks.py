@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError, cKDTree
+from scipy.spatial import ConvexHull, cKDTree
 
 from relit.errors import LandmarkError
 
@@ -25,6 +25,8 @@ SchemeName = Literal["mesh478", "ibug68", "frl189", "points"]
 #: The square root of a face's hull area, in interocular distances: the mean over mesh478 faces, and the
 #: yardstick for hand-made points that do not say where the eyes are.
 _ROOT_AREA_PER_IOD = 2.0
+
+_LARGEST = 1e6  # px: far beyond any photo, far below where float64 arithmetic on squares suffers
 
 
 def _span(first: int, last: int) -> tuple[int, ...]:
@@ -68,7 +70,8 @@ _MESH_GROUPS = {
     "nose": (168, 6, 197, 195, 5, 4, 1, 19, 94, 2, 98, 97, 326, 327, 294, 278, 344, 440, 275, 45, 220, 115,
              48, 64),
     "mouth": (61, 146, 91, 181, 84, 17, 314, 405, 321, 375, 291, 409, 270, 269, 267, 0, 37, 39, 40, 185),
-    "inner_mouth": (78, 95, 88, 178, 87, 14, 317, 402, 318, 324, 308, 415, 310, 311, 312, 13, 82, 81, 80, 191),
+    "inner_mouth": (78, 95, 88, 178, 87, 14, 317, 402, 318, 324, 308, 415, 310, 311, 312, 13, 82, 81,
+                    80, 191),
     "cheeks": (50, 280, 101, 330, 205, 425, 36, 266, 117, 346, 187, 411, 207, 427, 123, 352, 147, 376, 213,
                433),
     "forehead": (9, 8, 151, 108, 337, 69, 299, 104, 333, 71, 301),
@@ -125,7 +128,8 @@ class Landmarks:
     ------
     LandmarkError
         If the array has another shape, fewer than 3 points, the wrong number of points for its scheme,
-        values that are not finite, or points that all lie on one line.
+        values that are not finite or no pixel positions, points that all lie on one line, eyes that
+        coincide, or a confidence outside [0, 1].
 
     Examples
     --------
@@ -143,8 +147,10 @@ class Landmarks:
     ) -> None:
         try:
             array = np.array(points, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise LandmarkError(f"landmarks: expected an (n, 2) or (n, 3) array of numbers; {error}") from None
+        except (TypeError, ValueError, OverflowError) as error:
+            raise LandmarkError(
+                f"landmarks: expected an (n, 2) or (n, 3) array of numbers; {error}"
+            ) from None
         if array.ndim != 2 or array.shape[1] not in (2, 3):
             raise LandmarkError(f"landmarks: expected shape (n, 2) or (n, 3), got {array.shape}")
         _check_points(array)
@@ -152,8 +158,15 @@ class Landmarks:
         object.__setattr__(self, "points", array)
         object.__setattr__(self, "scheme", _resolve_scheme(scheme, len(array)))
         object.__setattr__(self, "confidence", confidence)
+        if confidence is not None and not 0 <= confidence <= 1:
+            raise LandmarkError(f"landmarks: confidence must be in [0, 1], got {confidence!r}")
+        if not self.interocular_distance > 0:
+            raise LandmarkError(
+                "landmarks: the two eyes coincide, so that the face has no size; place them apart"
+            )
 
     def __len__(self) -> int:
+        """Return the number of points."""
         return len(self.points)
 
     @property
@@ -201,6 +214,18 @@ def as_landmarks(value: Landmarks | ArrayLike, name: str) -> Landmarks:
         return Landmarks(value)
     except LandmarkError as error:
         raise LandmarkError(str(error).replace("landmarks", name, 1)) from None
+
+
+def control_rows(landmarks: Landmarks) -> NDArray[np.intp]:
+    """Return the rows to align two faces by: all of them, but for the mesh.
+
+    478 dense and noisy points fold a thin-plate spline; the mesh is represented by about 160 points on its
+    features, without irises and inner lips, which follow gaze and speech, not the face.
+    """
+    if landmarks.scheme != "mesh478":
+        return np.arange(len(landmarks))
+    chosen = {row for name, rows in _MESH_GROUPS.items() if name != "inner_mouth" for row in rows}
+    return np.array(sorted(chosen))
 
 
 def check_inside(landmarks: Landmarks, shape: tuple[int, ...], name: str) -> None:
@@ -252,8 +277,8 @@ def check_pair(target: Landmarks, reference: Landmarks) -> None:
     for first, second in cKDTree(target.xy).query_pairs(1e-9):
         if np.abs(reference.xy[first] - reference.xy[second]).max() > 1e-9:
             raise LandmarkError(
-                f"target_landmarks: points {first} and {second} are duplicates, but their reference points are "
-                "not; move or remove one of the pairs"
+                f"target_landmarks: points {first} and {second} are duplicates, but their reference points "
+                "are not; move or remove one of the pairs"
             )
 
 
@@ -274,13 +299,15 @@ def _check_points(array: NDArray[np.float64]) -> None:
     if not np.isfinite(array).all():
         rows = np.flatnonzero(~np.isfinite(array).all(axis=1))
         shown = ", ".join(map(str, rows[:5])) + (", ..." if len(rows) > 5 else "")
-        raise LandmarkError(f"landmarks: point {shown} is missing or not finite; place it, or leave it out of both")
+        raise LandmarkError(
+            f"landmarks: point {shown} is missing or not finite; place it, or leave it out of both"
+        )
+    if (largest := np.abs(array).max()) > _LARGEST:
+        raise LandmarkError(f"landmarks: {largest:g} is no pixel position; expected at most {_LARGEST:g}")
     centred = array[:, :2] - array[:, :2].mean(axis=0)
     # The smaller singular value measures how far the points leave their best line.
     large, small = np.linalg.svd(centred, compute_uv=False)
     if small <= 1e-6 * max(large, 1.0):
-        raise LandmarkError("landmarks: all points lie on one line (or in one place); a face needs points off it")
-    try:
-        ConvexHull(array[:, :2])
-    except QhullError:
-        raise LandmarkError("landmarks: all points lie on one line; a face needs points off it") from None
+        raise LandmarkError(
+            "landmarks: all points lie on one line (or in one place); a face needs points off it"
+        )

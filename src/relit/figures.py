@@ -1,0 +1,155 @@
+"""Pictures of the stages of a transfer, one by one and on a contact sheet like the paper's Fig. 1."""
+
+from __future__ import annotations
+
+from itertools import cycle
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from relit.landmarks import Landmarks
+from relit.pixels import from_unit, to_unit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from relit.ltv import Decomposition
+    from relit.transfer import TransferResult
+
+_PAPER, _INK = (255, 255, 255), (40, 40, 40)
+_GROUP_COLORS = (
+    "#e6194b",
+    "#3cb44b",
+    "#4363d8",
+    "#f58231",
+    "#911eb4",
+    "#42d4f4",
+    "#f032e6",
+    "#bfef45",
+    "#ffe119",
+)
+
+
+def split_pictures(split: Decomposition) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Return u and v as 8-bit pictures; v = 1 is mid grey, and v of 2 and above is white."""
+    return from_unit(split.u, np.uint8), from_unit(split.v / 2, np.uint8)
+
+
+def stage_pictures(result: TransferResult) -> dict[str, NDArray[Any]]:
+    """Return the stages of a transfer as pictures, in the order in which they arise.
+
+    Parameters
+    ----------
+    result : TransferResult
+
+    Returns
+    -------
+    dict
+        ``target`` and ``reference`` with their landmarks, ``warped_reference``, u and v of both, ``mask`` if
+        there is one, and ``result`` in the target's dtype. u and v show the channels that were relit, as
+        planes of grey or RGB, and from ``warped_reference`` to ``mask`` all cover `result.region`.
+    """
+    target_u, target_v = split_pictures(result.target_split)
+    reference_u, reference_v = split_pictures(result.reference_split)
+    pictures = {
+        "target": landmark_overlay(result.target, result.target_landmarks),
+        "reference": landmark_overlay(result.reference, result.reference_landmarks),
+        "warped_reference": result.alignment.warped,
+        "target_u": target_u,
+        "target_v": target_v,
+        "reference_u": reference_u,
+        "reference_v": reference_v,
+    }
+    if result.mask is not None:
+        pictures["mask"] = from_unit(result.mask, np.uint8)
+    return pictures | {"result": result.image}
+
+
+def landmark_overlay(image: NDArray[Any], landmarks: Landmarks) -> NDArray[np.uint8]:
+    """Return the photo as 8-bit RGB with its landmarks drawn in, a colour for each facial feature.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> picture = landmark_overlay(np.zeros((50, 60), np.uint8), Landmarks([[10, 10], [40, 10], [25, 40]]))
+    >>> picture.shape, bool(picture[10, 40].any()), bool(picture[25, 5].any())
+    ((50, 60, 3), True, False)
+    """
+    picture = _as_rgb(image)
+    draw = ImageDraw.Draw(picture)
+    radius = max(landmarks.interocular_distance / 60, 1.0)
+    named = {
+        row: color
+        for rows, color in zip(landmarks.groups.values(), cycle(_GROUP_COLORS), strict=False)
+        for row in rows
+    }
+    for row, (x, y) in enumerate(landmarks.xy.tolist()):
+        draw.ellipse((x - radius, y - radius, x + radius, y + radius), fill=named.get(row, "#a9a9a9"))
+    return np.asarray(picture)
+
+
+def contact_sheet(result: TransferResult, *, height: int = 360) -> NDArray[np.uint8]:
+    """Draw the stages of a transfer on one page, as in Fig. 1 of the paper.
+
+    Parameters
+    ----------
+    result : TransferResult
+    height : int
+        Of each picture, in px.
+
+    Returns
+    -------
+    (H, W, 3) uint8 array
+    """
+    pictures = stage_pictures(result)
+    captions = {
+        "target": "target",
+        "reference": "reference",
+        "warped_reference": "reference, warped",
+        "target_u": "u of the target",
+        "target_v": "v of the target: the person",
+        "reference_u": "u of the reference: the light",
+        "reference_v": "v of the reference",
+        "mask": "mask",
+        "result": "result",
+    }
+    rows = (
+        ("target", "reference", "warped_reference"),
+        ("target_u", "target_v", "reference_u", "reference_v"),
+        ("mask", "result"),
+    )
+    strips = [
+        _strip([(captions[name], pictures[name]) for name in row if name in pictures], height) for row in rows
+    ]
+    sheet = Image.new(
+        "RGB", (max(strip.width for strip in strips), sum(strip.height for strip in strips)), _PAPER
+    )
+    top = 0
+    for strip in strips:
+        sheet.paste(strip, (0, top))
+        top += strip.height
+    return np.asarray(sheet)
+
+
+def _strip(panels: list[tuple[str, NDArray[Any]]], height: int) -> Image.Image:
+    gap, text = height // 24, height // 20
+    font = ImageFont.load_default(text)
+    pictures = []
+    for _, pixels in panels:
+        picture = _as_rgb(pixels)
+        width = max(round(picture.width * height / picture.height), 1)
+        pictures.append(picture.resize((width, height), Image.Resampling.LANCZOS))
+    total = gap + sum(picture.width + gap for picture in pictures)
+    strip = Image.new("RGB", (total, height + 2 * gap + 2 * text), _PAPER)
+    draw = ImageDraw.Draw(strip)
+    left = gap
+    for (caption, _), picture in zip(panels, pictures, strict=True):
+        strip.paste(picture, (left, gap))
+        draw.text((left, height + gap + text // 3), caption, fill=_INK, font=font)
+        left += picture.width + gap
+    return strip
+
+
+def _as_rgb(image: NDArray[Any]) -> Image.Image:
+    return Image.fromarray(from_unit(to_unit(image), np.uint8)).convert("RGB")

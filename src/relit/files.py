@@ -1,0 +1,87 @@
+"""Put bytes into a file all at once, or not at all."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from typing import TYPE_CHECKING
+
+from relit.errors import OutputError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def save_atomically(path: Path, data: bytes, *, overwrite: bool = False) -> None:
+    """Write `data` to `path`: whoever looks there finds the old state or the whole new file.
+
+    Parameters
+    ----------
+    path : Path
+        Where to write. A symbolic link that may be overwritten is followed, and stays.
+    data : bytes
+    overwrite : bool, optional
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    OutputError
+        If `path` exists and may not be replaced, is something other than a file, or cannot be written.
+        Nothing is left behind then.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     save_atomically(Path(folder, "note.txt"), b"light")
+    ...     Path(folder, "note.txt").read_bytes()
+    b'light'
+    """
+    try:
+        if path.exists() and not path.is_file():
+            raise OutputError(f"{path}: is not a file, so it cannot be replaced; give the name of a file")
+        if not path.parent.is_dir():
+            raise OutputError(f"{path}: there is no folder {path.parent}; create it, or write somewhere else")
+        _save(path.resolve() if overwrite else path, data, overwrite)
+    except FileExistsError:
+        raise OutputError(
+            f"{path}: exists already; use --force or overwrite=True to replace it, or choose another name"
+        ) from None
+    except OutputError:
+        raise
+    except (OSError, ValueError, RuntimeError) as error:  # a NUL in the name; links in a circle
+        reason = getattr(error, "strerror", None) or error
+        raise OutputError(f"{path}: cannot be written ({reason}); choose another place or name") from error
+
+
+def _save(path: Path, data: bytes, overwrite: bool) -> None:
+    # In the same folder, because a rename is atomic only within one filesystem. Unlike tempfile's, this file
+    # gets the permissions that the umask gives to any new file.
+    temporary = path.with_name(f".relit-{secrets.token_hex(8)}.tmp")
+    try:
+        with temporary.open("xb") as stream:
+            stream.write(data)
+            stream.flush()
+            os.fsync(stream.fileno())
+        if overwrite:
+            temporary.replace(path)
+        else:
+            _claim(path, temporary)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _claim(path: Path, temporary: Path) -> None:
+    """Give the file its name unless something has that name, also when it appeared a moment ago."""
+    try:
+        path.hardlink_to(temporary)
+    except FileExistsError:
+        raise
+    except OSError:  # FAT and some network shares have no hard links: take the name first, then fill it
+        path.touch(exist_ok=False)
+        try:
+            temporary.replace(path)
+        except BaseException:
+            path.unlink(missing_ok=True)
+            raise

@@ -1,0 +1,203 @@
+"""Read and write landmark files.
+
+Every format keeps its own habits on disk; in memory, points are always `Landmarks`: ``(x, y)`` from 0, pixel
+centres at integers.
+
+==================  =============  =======================================================================
+extension           from           on disk
+==================  =============  =======================================================================
+``.pts``            iBUG, 300-W    x and y, counted **from 1**
+``.tem``            WebMorph       x and y; line definitions are passed over, and none are written
+``.json .ljson``    menpo          ``[y, x]``; keeps scheme, depth and confidence as well (see `write_json`)
+``.csv``            OpenFace       columns ``x_0 ... y_0 ...``, a row a face, with its confidence
+``.csv``            any table      columns x, y and perhaps z; this is what is written
+``.xml``            dlib           ``<part>`` by number; whole numbers only where the points are whole
+==================  =============  =======================================================================
+
+What a format has no place for is left out. All numbers are written in full, so that what was written reads
+back as exactly the same float64.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from relit import _landmark_lines as lines
+from relit import _landmark_trees as trees
+from relit.errors import FaceNotFoundError, LandmarkError, OutputError
+from relit.files import save_atomically
+from relit.landmarks import Landmarks
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+# A whole mesh takes 50 kB, so a larger file is something else.
+_MAX_BYTES = 16 * 2**20
+
+
+class _Format(NamedTuple):
+    read: Callable[[bytes], list[lines.Face]]
+    write: Callable[[Landmarks, str], str]
+
+
+_FORMATS = {
+    ".pts": _Format(lines.read_pts, lines.write_pts),
+    ".tem": _Format(lines.read_tem, lines.write_tem),
+    ".json": _Format(trees.read_json, trees.write_json),
+    ".ljson": _Format(trees.read_json, trees.write_json),
+    ".csv": _Format(lines.read_csv, lines.write_csv),
+    ".xml": _Format(trees.read_xml, trees.write_xml),
+}
+
+
+def read_landmarks(
+    path: str | Path,
+    *,
+    format: str | None = None,  # noqa: A002
+    face: int | None = None,
+) -> Landmarks:
+    r"""Read the landmarks of one face.
+
+    Parameters
+    ----------
+    path : str or Path
+    format : {"pts", "tem", "json", "ljson", "csv", "xml"}, optional
+        By default the file's extension, in upper or lower case.
+    face : int, optional
+        Which face, from 0, in the order of the file: of OpenFace's rows (those with ``success`` 0 hold no
+        face and are not counted), of dlib's boxes that have parts, of menpo's groups. Needed where the file
+        holds several.
+
+    Returns
+    -------
+    Landmarks
+        The scheme is taken from the number of points; a ``.json`` file may name it.
+
+    Raises
+    ------
+    FaceNotFoundError
+        If the file holds no face, or not that many.
+    LandmarkError
+        If the file cannot be read, its content is not what its format asks for, it holds several faces and
+        `face` is not given, or the points are unusable (see `Landmarks`).
+
+    See Also
+    --------
+    write_landmarks
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> text = "version: 1\nn_points: 3\n{\n31 41\n71 41\n51 81\n}\n"
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "face.pts")
+    ...     _ = path.write_text(text)
+    ...     read_landmarks(path).points
+    array([[30., 40.],
+           [70., 40.],
+           [50., 80.]])
+    """
+    path = Path(path)
+    read = _format_of(path, format, LandmarkError).read
+    data = _bytes_of(path)
+    try:
+        chosen = _choose(read(data), face)
+        if not chosen.points:
+            raise LandmarkError("holds no points; write the landmarks again")
+        return Landmarks(chosen.points, chosen.scheme, chosen.confidence)
+    except LandmarkError as error:
+        raise type(error)(f"{path}: {str(error).removeprefix('landmarks: ')}") from None
+
+
+def write_landmarks(
+    path: str | Path,
+    landmarks: Landmarks,
+    *,
+    format: str | None = None,  # noqa: A002
+    overwrite: bool = False,
+    image_name: str = "",
+) -> None:
+    """Write the landmarks of one face, all at once or not at all.
+
+    Parameters
+    ----------
+    path : str or Path
+    landmarks : Landmarks
+    format : {"pts", "tem", "json", "ljson", "csv", "xml"}, optional
+        By default the file's extension, in upper or lower case.
+    overwrite : bool, optional
+        Whether a file that exists may be replaced.
+    image_name : str, optional
+        The photo's file name, which dlib's ``.xml`` wants to know; the others pass it over.
+
+    Raises
+    ------
+    OutputError
+        If the extension is none of the above, the file exists, or it cannot be written.
+
+    See Also
+    --------
+    read_landmarks
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> face = Landmarks([[30, 40], [70, 40], [50, 80.25]])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "face.csv")
+    ...     write_landmarks(path, face)
+    ...     print(path.read_text(), end="")
+    x,y
+    30,40
+    70,40
+    50,80.25
+    """
+    path = Path(path)
+    text = _format_of(path, format, OutputError).write(landmarks, image_name)
+    save_atomically(path, text.encode("utf-8", "replace"), overwrite=overwrite)
+
+
+def _format_of(path: Path, name: str | None, error: type[LandmarkError | OutputError]) -> _Format:
+    extension = "." + name.removeprefix(".") if name is not None else path.suffix
+    try:
+        return _FORMATS[extension.lower()]
+    except KeyError:
+        raise error(
+            f"{path}: unknown landmark format {extension!r}; use one of {', '.join(_FORMATS)} "
+            "as extension or as format="
+        ) from None
+
+
+def _bytes_of(path: Path) -> bytes:
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(_MAX_BYTES + 1)
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        reason = getattr(error, "strerror", None) or error
+        raise LandmarkError(f"{path}: cannot be read ({reason}); give the path of a landmark file") from error
+    if len(data) > _MAX_BYTES:
+        raise LandmarkError(
+            f"{path}: is larger than {_MAX_BYTES >> 20} MB; give a file of one photo's landmarks"
+        )
+    if not data.strip():
+        raise LandmarkError(f"{path}: is empty; write the landmarks again")
+    return data
+
+
+def _choose(faces: list[lines.Face], index: int | None) -> lines.Face:
+    count = len(faces)
+    if count == 0:
+        raise FaceNotFoundError(
+            "holds no face (a row of OpenFace's with success 0, or a box of dlib's without parts, is none); "
+            "give a file with landmarks"
+        )
+    if index is None and count > 1:
+        shown = ", ".join(f"{i}: {face.where}" for i, face in enumerate(faces[:5]))
+        more = ", ..." if count > 5 else ""
+        raise LandmarkError(
+            f"holds {count} faces ({shown}{more}); choose one with face=0 to face={count - 1}"
+        )
+    if index is not None and not 0 <= index < count:
+        raise FaceNotFoundError(f"has no face {index}: it holds {count}, counted from 0; choose one of them")
+    return faces[index or 0]

@@ -1,0 +1,199 @@
+"""Carry the light of a reference to a target: Algorithm 1 of Li, Yin and Deng (2009).
+
+1. Warp the reference onto the target through paired landmarks.
+2. Split both into large and small scale, ``I = u · v``.
+3. The relit face is ``u(warped reference) · v(target)``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from relit.align import Alignment, align
+from relit.compose import blend, face_mask, face_outline
+from relit.detect import detect_landmarks
+from relit.landmarks import Landmarks, as_landmarks, check_inside, check_pair
+from relit.ltv import Decomposition, decompose
+from relit.options import TransferOptions
+from relit.pixels import check_pixels
+from relit.planes import planes_of
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+#: How far round the face the split is solved, in interocular distances: several times the scale 1/λ at which
+#: u still feels what lies there.
+_SURROUNDINGS = 0.75
+
+
+@dataclass(frozen=True, eq=False)
+class TransferResult:
+    """A relit photo and every step on the way to it.
+
+    Attributes
+    ----------
+    image : (H, W) or (H, W, 3) array
+        The target in the reference's light, in the target's dtype and shape; RGB where a grey target took the
+        colours of a reference.
+    target, reference : array
+        As given.
+    target_landmarks, reference_landmarks : Landmarks
+        As given or detected.
+    region : (slice, slice)
+        Rows and columns of the target that the following arrays cover: the face and its surroundings, or with
+        ``mask=False`` the whole image.
+    alignment : Alignment
+        The reference laid over the region.
+    target_split, reference_split : Decomposition
+        Of the region and of the warped reference, in the channels that were relit.
+    relit : (h, w) or (h, w, 3) float32 array
+        ``u(warped reference) · v(target)``, in grey or RGB, before it is blended and clipped to [0, 1].
+    mask : (h, w) float32 array or None
+        Share of `relit` in the image; None with ``mask=False``.
+    options : TransferOptions
+    """
+
+    image: NDArray[Any]
+    target: NDArray[Any]
+    reference: NDArray[Any]
+    target_landmarks: Landmarks
+    reference_landmarks: Landmarks
+    region: tuple[slice, slice]
+    alignment: Alignment
+    target_split: Decomposition
+    reference_split: Decomposition
+    relit: NDArray[np.float32]
+    mask: NDArray[np.float32] | None
+    options: TransferOptions
+
+
+def transfer(
+    target: NDArray[Any],
+    reference: NDArray[Any],
+    *,
+    target_landmarks: Landmarks | ArrayLike | None = None,
+    reference_landmarks: Landmarks | ArrayLike | None = None,
+    options: TransferOptions | None = None,
+    **changes: Any,
+) -> TransferResult:
+    """Relight the face in one photo with the light on the face in another.
+
+    The target keeps the person, the reference gives the light. Colour is relit channel by channel. A grey
+    target takes the colours of a colour reference; a colour target keeps its colours under a grey reference,
+    which has but lightness to give.
+
+    Parameters
+    ----------
+    target, reference : (H, W) or (H, W, 3) array
+        Grey or sRGB photos of any sizes: uint8, uint16, or float32/float64 in [0, 1].
+    target_landmarks, reference_landmarks : Landmarks or (n, 2) or (n, 3) array_like, optional
+        ``(x, y)`` in px, paired row by row; 478 rows are taken as the face mesh, 68 as iBUG, 189 as FRL. By
+        default the largest face of each photo is detected.
+    options : TransferOptions, optional
+        How to relight.
+    **changes
+        Single fields of `TransferOptions`, by name: ``lam=0.5``, ``color_space="ycbcr"``, ``mask=False``, ...
+
+    Returns
+    -------
+    TransferResult
+        With the relit photo as ``.image``.
+
+    Raises
+    ------
+    ImageError
+        If a photo has another shape, dtype or range, or a side below 8 px.
+    FaceNotFoundError
+        If landmarks are to be detected and there is no face.
+    LandmarkError
+        If landmarks are unusable, lie outside their image, or do not pair up.
+    OptionError
+        If an option is unknown or out of range.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> y, x = np.mgrid[:64, :64]
+    >>> target = np.full((64, 64), 120, np.uint8)
+    >>> target[40:43, 30:33] = 60  # a mole
+    >>> reference = (60 + 2 * x).astype(np.uint8)  # light from the right
+    >>> points = [[16, 20], [48, 20], [32, 36], [22, 50], [42, 50]]
+    >>> result = transfer(target, reference, target_landmarks=points, reference_landmarks=points, mask=False)
+    >>> result.image[30, [10, 50]].tolist(), int(result.image[41, 31])
+    ([80, 160], 61)
+    """
+    settings = (options or TransferOptions()).changed(**changes)
+    check_pixels(target, "target")
+    check_pixels(reference, "reference")
+    here = _landmarks_of(target, target_landmarks, "target")
+    there = _landmarks_of(reference, reference_landmarks, "reference")
+    check_pair(here, there)
+    check_inside(here, target.shape, "target_landmarks")
+    check_inside(there, reference.shape, "reference_landmarks")
+
+    region = _region(here, target.shape) if settings.mask else _whole(target.shape)
+    face = target[region]
+    landmarks = here.shifted(-region[1].start, -region[0].start)
+    alignment = align(
+        reference,
+        there,
+        landmarks,
+        face.shape,
+        kernel=settings.kernel,  # type: ignore[arg-type]
+        affine=settings.affine,
+        smoothing=settings.smoothing,
+        dtype=target.dtype,
+    )
+
+    planes = planes_of(face, alignment.warped, settings.color_space, settings.channels)  # type: ignore[arg-type]
+    of_target, of_reference = (
+        decompose(
+            plane,
+            settings.lam,
+            neighborhood=settings.neighborhood,
+            interocular_distance=landmarks.interocular_distance,
+        )
+        for plane in (planes.target, planes.reference)
+    )
+    v = of_target.v if of_target.v.ndim == of_reference.u.ndim else of_target.v[..., None]
+    relit = planes.rebuild(of_reference.u * v)
+
+    mask = face_mask(landmarks, face.shape) if settings.mask else None
+    image = np.repeat(target[..., None], 3, axis=2) if relit.ndim > target.ndim else target.copy()
+    image[region] = blend(face, relit, mask)
+    return TransferResult(
+        image,
+        target,
+        reference,
+        here,
+        there,
+        region,
+        alignment,
+        of_target,
+        of_reference,
+        relit,
+        mask,
+        settings,
+    )
+
+
+def _landmarks_of(image: NDArray[Any], given: Landmarks | ArrayLike | None, name: str) -> Landmarks:
+    if given is None:
+        return detect_landmarks(image, name=name)
+    return as_landmarks(given, f"{name}_landmarks")
+
+
+def _whole(shape: tuple[int, ...]) -> tuple[slice, slice]:
+    return slice(0, shape[0]), slice(0, shape[1])
+
+
+def _region(landmarks: Landmarks, shape: tuple[int, ...]) -> tuple[slice, slice]:
+    """Return the rows and columns of the face and its surroundings."""
+    outline = face_outline(landmarks)
+    margin = _SURROUNDINGS * landmarks.interocular_distance
+    left, top = np.floor(outline.min(axis=0) - margin).astype(int)
+    right, bottom = np.ceil(outline.max(axis=0) + margin).astype(int) + 1
+    return slice(max(top, 0), min(bottom, shape[0])), slice(max(left, 0), min(right, shape[1]))

@@ -1,0 +1,63 @@
+"""What several tests share: the data folders beside the checkout, and a face with known landmarks."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+SHARED = Path(__file__).parents[2] / "shared"
+
+
+def _folder(name):
+    folder = SHARED / name
+    if not folder.is_dir():
+        pytest.skip(f"{folder.name} data is not beside the checkout (../shared/{name})")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def yaleb():
+    """The Yale B development set."""
+    return _folder("yaleb")
+
+
+@pytest.fixture(scope="session")
+def portraits():
+    """The colour portraits."""
+    return _folder("portraits")
+
+
+@pytest.fixture(scope="session")
+def yale_landmarks(yaleb):
+    """Subject → (478, 3) mesh on the frontal image."""
+    faces = json.loads((yaleb / "landmarks_frontal.json").read_text())
+    return {subject: np.array(points["mesh478"]) for subject, points in faces.items()}
+
+
+@pytest.fixture
+def face_points():
+    """iBUG-like landmarks of a schematic face, 68 points about 100 px wide, at (60, 60) of a 120 px image."""
+    angle = np.linspace(np.pi, 2 * np.pi, 17)
+    jaw = np.column_stack([60 + 45 * np.cos(angle), 55 - 50 * np.sin(angle)])
+    brow = np.column_stack([np.linspace(-12, 12, 5), [-2.0, -5, -6, -5, -2]])
+    bridge = np.column_stack([np.full(4, 60.0), [48.0, 55, 62, 68]])
+    nostrils = np.column_stack([np.linspace(52, 68, 5), [72.0, 74, 75, 74, 72]])
+    eye = np.array([[-8.0, 0], [-4, -3], [4, -3], [8, 0], [4, 3], [-4, 3]])
+    around = np.linspace(np.pi, 3 * np.pi, 12, endpoint=False)
+    mouth = np.column_stack([60 + 16 * np.cos(around), 88 + 6 * np.sin(around)])
+    around = np.linspace(np.pi, 3 * np.pi, 8, endpoint=False)
+    inner = np.column_stack([60 + 11 * np.cos(around), 88 + 2 * np.sin(around)])
+    return np.vstack(
+        [
+            jaw,
+            brow + np.array([40, 38]),
+            brow + np.array([80, 38]),
+            bridge,
+            nostrils,
+            eye + np.array([40, 50]),
+            eye + np.array([80, 50]),
+            mouth,
+            inner,
+        ]
+    )
