@@ -9,7 +9,7 @@ import numpy as np
 
 from relit.errors import ImageError, OptionError
 from relit.grid import Grid, Neighborhood, check_plane, paired
-from relit.tv_l1 import solve
+from relit.level_sets import solve
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -79,7 +79,7 @@ def certify(
     Examples
     --------
     >>> import numpy as np
-    >>> from relit.tv_l1 import tv_l1
+    >>> from relit.level_sets import tv_l1
     >>> f = np.zeros((7, 7), np.uint8)
     >>> f[3, 3] = 9
     >>> certify(f, tv_l1(f, 0.5), 0.5).optimal, certify(f, f, 0.5).optimal

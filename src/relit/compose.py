@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from PIL import Image, ImageDraw
-from scipy.ndimage import distance_transform_edt
+from scipy.ndimage import distance_transform_edt, gaussian_filter
 from scipy.spatial import ConvexHull
+from scipy.special import ndtr
 
 from relit.landmarks import SCHEMES, Landmarks
 from relit.pixels import from_unit, to_unit
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 
 #: Width of the mask's soft edge, inside the outline, in interocular distances.
 FEATHER = 0.3
+
+_TAIL = 2.5  # standard deviations of the blur from the middle of the soft edge to its ends
 
 #: How far the forehead reaches above the brows, in interocular distances, where no landmark tells.
 _FOREHEAD = 0.7
@@ -54,10 +57,13 @@ def face_mask(
     inside = np.asarray(picture, bool)
     if inside.all():
         return np.ones((height, width), np.float32)
-    # Beyond the frame the face goes on: the frame's edge is not an edge of the face.
-    depth = distance_transform_edt(inside) / max(feather * landmarks.interocular_distance, 1.0)
-    ramp = np.minimum(depth, 1).astype(np.float32)
-    return ramp * ramp * (3 - 2 * ramp)
+    # A face shrunk by half the feather and blurred over it. Beyond the frame the face goes on: the frame's
+    # edge is not an edge of the face.
+    band = max(feather * landmarks.interocular_distance, 1.0)
+    core = (distance_transform_edt(inside) >= band / 2).astype(np.float32)
+    soft = gaussian_filter(core, band / (2 * _TAIL), mode="nearest")
+    least = float(ndtr(-_TAIL))  # what the blur leaves on a straight outline
+    return np.asarray(np.clip((soft - least) / (1 - 2 * least), 0, 1) * inside, np.float32)
 
 
 def face_outline(landmarks: Landmarks) -> NDArray[np.float64]:

@@ -15,7 +15,20 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from relit.ltv import Decomposition
-    from relit.transfer import TransferResult
+    from relit.relighting import TransferResult
+
+#: Names of the stages, in the order in which they arise.
+STAGES = (
+    "target",
+    "reference",
+    "warped_reference",
+    "target_u",
+    "target_v",
+    "reference_u",
+    "reference_v",
+    "mask",
+    "result",
+)
 
 _PAPER, _INK = (255, 255, 255), (40, 40, 40)
 _GROUP_COLORS = (
@@ -102,7 +115,8 @@ def contact_sheet(result: TransferResult, *, height: int = 360) -> NDArray[np.ui
     -------
     (H, W, 3) uint8 array
     """
-    pictures = stage_pictures(result)
+    face = result.region
+    pictures = stage_pictures(result) | {"before": result.target[face], "after": result.image[face]}
     captions = {
         "target": "target",
         "reference": "reference",
@@ -112,12 +126,14 @@ def contact_sheet(result: TransferResult, *, height: int = 360) -> NDArray[np.ui
         "reference_u": "u of the reference: the light",
         "reference_v": "v of the reference",
         "mask": "mask",
+        "before": "the face, before",
+        "after": "and after",
         "result": "result",
     }
     rows = (
         ("target", "reference", "warped_reference"),
         ("target_u", "target_v", "reference_u", "reference_v"),
-        ("mask", "result"),
+        ("mask", "before", "after", "result"),
     )
     strips = [
         _strip([(captions[name], pictures[name]) for name in row if name in pictures], height) for row in rows

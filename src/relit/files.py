@@ -39,10 +39,7 @@ def save_atomically(path: Path, data: bytes, *, overwrite: bool = False) -> None
     b'light'
     """
     try:
-        if path.exists() and not path.is_file():
-            raise OutputError(f"{path}: is not a file, so it cannot be replaced; give the name of a file")
-        if not path.parent.is_dir():
-            raise OutputError(f"{path}: there is no folder {path.parent}; create it, or write somewhere else")
+        check_free(path, overwrite=True)
         _save(path.resolve() if overwrite else path, data, overwrite)
     except FileExistsError:
         raise OutputError(
@@ -53,6 +50,47 @@ def save_atomically(path: Path, data: bytes, *, overwrite: bool = False) -> None
     except (OSError, ValueError, RuntimeError) as error:  # a NUL in the name; links in a circle
         reason = getattr(error, "strerror", None) or error
         raise OutputError(f"{path}: cannot be written ({reason}); choose another place or name") from error
+
+
+def check_free(path: Path, *, overwrite: bool = False) -> None:
+    """Refuse a place that `save_atomically` would refuse, before any work goes into what it shall hold.
+
+    Parameters
+    ----------
+    path : Path
+        Where to write.
+    overwrite : bool, optional
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    OutputError
+        If the folder does not exist, or `path` exists and may not be replaced or is something other than a
+        file.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> check_free(Path("no-such-folder", "face.png"))
+    Traceback (most recent call last):
+        ...
+    relit.errors.OutputError: no-such-folder/face.png: there is no folder no-such-folder; create it, or \
+choose another
+    """
+    try:
+        if not path.parent.is_dir():
+            raise OutputError(f"{path}: there is no folder {path.parent}; create it, or choose another")
+        if path.exists() and not path.is_file():
+            raise OutputError(f"{path}: is not a file, so it cannot be replaced; give the name of a file")
+        if path.exists() and not overwrite:
+            raise OutputError(
+                f"{path}: exists already; use --force or overwrite=True to replace it, or choose another name"
+            )
+    except OutputError:
+        raise
+    except (OSError, ValueError, RuntimeError) as error:  # a NUL in the name; links in a circle
+        reason = getattr(error, "strerror", None) or error
+        raise OutputError(f"{path}: cannot be written ({reason}); choose another place") from error
 
 
 def _save(path: Path, data: bytes, overwrite: bool) -> None:

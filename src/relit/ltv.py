@@ -24,9 +24,9 @@ import numpy as np
 
 from relit.errors import OptionError
 from relit.grid import check_lam
+from relit.level_sets import tv_l1
 from relit.pixels import check_pixels, to_unit
 from relit.primal_dual import tv_l1_isotropic
-from relit.tv_l1 import tv_l1
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

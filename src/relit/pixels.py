@@ -18,7 +18,7 @@ SMALLEST_SIDE = 8
 
 
 def check_pixels(image: Any, name: str) -> NDArray[Any]:
-    """Return `image` if it is a grey or RGB photo that can be worked on.
+    """Return `image` if it is a grey or RGB photo that may hold a face.
 
     Parameters
     ----------
@@ -30,8 +30,7 @@ def check_pixels(image: Any, name: str) -> NDArray[Any]:
     Raises
     ------
     ImageError
-        If it is not an array of such a shape and dtype, has values outside [0, 1] or NaN, or a side below
-        8 px.
+        As `check_samples` does, and if a side is below 8 px.
 
     Examples
     --------
@@ -41,25 +40,44 @@ def check_pixels(image: Any, name: str) -> NDArray[Any]:
         ...
     relit.errors.ImageError: target: expected shape (H, W) or (H, W, 3), got (8, 8, 4); keep alpha aside
     """
+    check_samples(image, name)
+    if min(image.shape[:2]) < SMALLEST_SIDE:
+        height, width = image.shape[:2]
+        raise ImageError(
+            f"{name}: {width}x{height} px cannot hold a face; each side must be at least {SMALLEST_SIDE} px"
+        )
+    return np.asarray(image)
+
+
+def check_samples(image: Any, name: str) -> None:
+    """Refuse what is not the samples of a grey or RGB photo.
+
+    Parameters
+    ----------
+    image : (H, W) or (H, W, 3) array
+        uint8, uint16, or float32/float64 in [0, 1].
+    name : str
+        The argument's name, for the message.
+
+    Raises
+    ------
+    ImageError
+        If it is not an array of such a shape and dtype, or has values outside [0, 1] or NaN.
+    """
     if not isinstance(image, np.ndarray):
         raise ImageError(
             f"{name}: expected a NumPy array, got {type(image).__name__}; read files with read_image"
         )
     if image.dtype not in _DTYPES:
         raise ImageError(f"{name}: expected uint8, uint16, float32 or float64, got {image.dtype}")
-    if image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
+    if image.size == 0 or image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
         advice = "; keep alpha aside" if image.ndim == 3 and image.shape[2] in (2, 4) else ""
         raise ImageError(f"{name}: expected shape (H, W) or (H, W, 3), got {image.shape}{advice}")
-    if min(image.shape[:2]) < SMALLEST_SIDE:
-        height, width = image.shape[:2]
-        raise ImageError(
-            f"{name}: {width}x{height} px cannot hold a face; each side must be at least {SMALLEST_SIDE} px"
-        )
     if image.dtype.kind == "f" and not (image.min() >= 0 and image.max() <= 1):
         raise ImageError(
-            f"{name}: floats must be finite and in [0, 1], got values from {image.min()} to {image.max()}"
+            f"{name}: floats must be finite and in [0, 1], got values from {image.min():g} to "
+            f"{image.max():g}; scale or clip them"
         )
-    return image
 
 
 def to_unit(image: NDArray[Any]) -> NDArray[np.float32]:

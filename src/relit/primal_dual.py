@@ -131,7 +131,7 @@ def tv_l1_isotropic(
 @njit(cache=True, nogil=True)
 def _divergence(p: Floats, y: int, x: int) -> float:
     """Return the negative adjoint of the forward difference; p is 0 where the difference leaves the image."""
-    value = p[0, y, x] + p[1, y, x]
+    value: float = p[0, y, x] + p[1, y, x]
     if x > 0:
         value -= p[0, y, x - 1]
     if y > 0:

@@ -6,7 +6,7 @@ from scipy.ndimage import gaussian_filter
 from skimage import data
 from skimage.transform import AffineTransform, warp
 
-from relit.align import align, fit_similarity
+from relit.alignment import align, fit_similarity
 from relit.errors import LandmarkError
 from relit.landmarks import Landmarks
 

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from relit.align import Alignment, align
+from relit.alignment import Alignment, align
 from relit.compose import blend, face_mask, face_outline
 from relit.detect import detect_landmarks
+from relit.image import Photo
 from relit.landmarks import Landmarks, as_landmarks, check_inside, check_pair
 from relit.ltv import Decomposition, decompose
 from relit.options import TransferOptions
@@ -71,8 +72,8 @@ class TransferResult:
 
 
 def transfer(
-    target: NDArray[Any],
-    reference: NDArray[Any],
+    target: NDArray[Any] | Photo,
+    reference: NDArray[Any] | Photo,
     *,
     target_landmarks: Landmarks | ArrayLike | None = None,
     reference_landmarks: Landmarks | ArrayLike | None = None,
@@ -87,8 +88,9 @@ def transfer(
 
     Parameters
     ----------
-    target, reference : (H, W) or (H, W, 3) array
-        Grey or sRGB photos of any sizes: uint8, uint16, or float32/float64 in [0, 1].
+    target, reference : (H, W) or (H, W, 3) array, or Photo
+        Grey or sRGB photos of any sizes: uint8, uint16, or float32/float64 in [0, 1]. Of a `Photo` that
+        `read_image` gave, the pixels; the reference's are taken to the colour profile of the target.
     target_landmarks, reference_landmarks : Landmarks or (n, 2) or (n, 3) array_like, optional
         ``(x, y)`` in px, paired row by row; 478 rows are taken as the face mesh, 68 as iBUG, 189 as FRL. By
         default the largest face of each photo is detected.
@@ -118,7 +120,7 @@ def transfer(
     >>> import numpy as np
     >>> y, x = np.mgrid[:64, :64]
     >>> target = np.full((64, 64), 120, np.uint8)
-    >>> target[40:43, 30:33] = 60  # a mole
+    >>> target[41, 31] = 60  # a mole
     >>> reference = (60 + 2 * x).astype(np.uint8)  # light from the right
     >>> points = [[16, 20], [48, 20], [32, 36], [22, 50], [42, 50]]
     >>> result = transfer(target, reference, target_landmarks=points, reference_landmarks=points, mask=False)
@@ -126,6 +128,7 @@ def transfer(
     ([80, 160], 61)
     """
     settings = (options or TransferOptions()).changed(**changes)
+    target, reference = _in_one_profile(target, reference)
     check_pixels(target, "target")
     check_pixels(reference, "reference")
     here = _landmarks_of(target, target_landmarks, "target")
@@ -178,6 +181,20 @@ def transfer(
         mask,
         settings,
     )
+
+
+def _in_one_profile(
+    target: NDArray[Any] | Photo, reference: NDArray[Any] | Photo
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return the pixels of both photos, in the target's colours where it has any, else in sRGB."""
+    profile = target.profile if isinstance(target, Photo) else None
+    grey = (target.pixels if isinstance(target, Photo) else target).ndim == 2
+    if isinstance(target, Photo):
+        target = (target.to_profile(None) if grey else target).pixels
+    if isinstance(reference, Photo):
+        to_target = not grey and reference.pixels.ndim == 3
+        reference = reference.to_profile(profile if to_target else None).pixels
+    return target, reference
 
 
 def _landmarks_of(image: NDArray[Any], given: Landmarks | ArrayLike | None, name: str) -> Landmarks:

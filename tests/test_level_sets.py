@@ -15,7 +15,7 @@ from skimage import data
 from relit.certificate import certify
 from relit.errors import ImageError, OptionError
 from relit.grid import UNIT, Grid
-from relit.tv_l1 import solve, tv_l1
+from relit.level_sets import solve, tv_l1
 
 NEIGHBORHOODS = (4, 8, 16)
 #: (dy, dx) of one direction per pair, and its length: written out here a second time on purpose.

@@ -186,8 +186,8 @@ def _anchors(face: NDArray[np.float64], height: int, width: int, margin: float) 
     return np.column_stack([x.ravel()[ring], y.ravel()[ring]])
 
 
-def _folded_share(interpolant: RBF, height: int, width: int, lattice: int = 128) -> float:
-    """Return the share of the frame where the map turns over, on a lattice of at most 128 x 128 cells."""
+def _folded_share(interpolant: RBF, height: int, width: int, lattice: int = 64) -> float:
+    """Return the share of the frame where the map turns over, on a lattice of at most 64 x 64 cells."""
     x = np.linspace(0, width - 1, min(lattice, width) + 1)
     y = np.linspace(0, height - 1, min(lattice, height) + 1)
     places = interpolant(np.stack(np.meshgrid(x, y), axis=-1))

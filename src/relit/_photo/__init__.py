@@ -1,0 +1,1 @@
+"""Photo codecs: from bytes to samples and back, one format a file."""

@@ -1,0 +1,180 @@
+"""The photo formats: how to tell them, what each can hold, and how it is read and written.
+
+No codec knows file names: what is wrong with a file, they say in messages that `relit.image` puts its name
+before.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import numpy as np
+
+from relit._photo.pillow import decode_with_pillow, encode_bmp, encode_jpeg, encode_webp
+from relit._photo.png import decode_png, encode_png
+from relit._photo.pnm import decode_pnm, encode_pnm
+from relit._photo.tiff import decode_tiff, encode_tiff
+from relit.errors import ImageError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from relit._photo.raster import CheckSize, Raster
+
+# They log what they find odd in a file, and Python prints that where no logging has been set up.
+for _library in ("imagecodecs", "netpbmfile", "tifffile"):
+    logging.getLogger(_library).addHandler(logging.NullHandler())
+
+
+@dataclass(frozen=True)
+class Format:
+    """A file format.
+
+    Attributes
+    ----------
+    decode, encode : callable
+        Read a `Raster` from a seekable binary file; turn one into bytes.
+    signature : bytes
+        Pattern of what its files start with.
+    extensions : tuple of str
+        What names of its files end with, the usual one first.
+    deepest : dtype
+        The largest depth it is written at: uint8, uint16 or float32.
+    alpha, colour : bool
+        Whether it can hold alpha, and colours.
+    profiles : tuple of str
+        Colour spaces of the ICC profiles it can hold.
+    longest : int or None
+        The longest side in px, where the format sets one.
+    """
+
+    decode: Callable[[BinaryIO, CheckSize], Raster]
+    encode: Callable[[Raster], bytes]
+    signature: bytes
+    extensions: tuple[str, ...]
+    deepest: Any
+    alpha: bool = True
+    colour: bool = True
+    profiles: tuple[str, ...] = ("GRAY", "RGB")
+    longest: int | None = None
+
+
+FORMATS: dict[str, Format] = {
+    "JPEG": Format(
+        partial(decode_with_pillow, name="JPEG"),
+        encode_jpeg,
+        signature=rb"\xff\xd8\xff",
+        extensions=(".jpg", ".jpeg"),
+        deepest=np.uint8,
+        alpha=False,
+        longest=65500,
+    ),
+    "PNG": Format(
+        decode_png,
+        encode_png,
+        signature=rb"\x89PNG\r\n\x1a\n",
+        extensions=(".png",),
+        deepest=np.uint16,
+    ),
+    "TIFF": Format(
+        decode_tiff,
+        encode_tiff,
+        signature=rb"II[*+]\0|MM\0[*+]",
+        extensions=(".tif", ".tiff"),
+        deepest=np.float32,
+    ),
+    "WEBP": Format(
+        partial(decode_with_pillow, name="WEBP"),
+        encode_webp,
+        signature=rb"RIFF....WEBP",
+        extensions=(".webp",),
+        deepest=np.uint8,
+        profiles=("RGB",),  # grey is stored as RGB
+        longest=16383,
+    ),
+    "PPM": Format(
+        decode_pnm,
+        encode_pnm,
+        signature=rb"P[36][\s#]",
+        extensions=(".ppm", ".pnm"),
+        deepest=np.uint16,
+        alpha=False,
+        profiles=(),
+    ),
+    "PGM": Format(
+        decode_pnm,
+        encode_pnm,
+        signature=rb"P[1245][\s#]",
+        extensions=(".pgm",),
+        deepest=np.uint16,
+        alpha=False,
+        colour=False,
+        profiles=(),
+    ),
+    "BMP": Format(
+        partial(decode_with_pillow, name="BMP"),
+        encode_bmp,
+        signature=rb"BM",
+        extensions=(".bmp",),
+        deepest=np.uint8,
+        alpha=False,
+        profiles=(),
+    ),
+}
+
+_OTHERS = {
+    "a GIF": rb"GIF8",
+    "a HEIC": rb"....ftyp(hei|mif|msf)",
+    "an AVIF": rb"....ftypavi",
+    "a video": rb"....ftyp",
+    "a JPEG XL": rb"\xff\x0a|\0\0\0\x0cJXL ",
+    "a JPEG 2000": rb"\0\0\0\x0cjP  |\xff\x4f\xff\x51",
+    "a Photoshop": rb"8BPS",
+    "a PDF": rb"%PDF",
+    "a text": rb"[^\0-\x08\x0e-\x1f]*$",
+    "an unknown": rb"",
+}
+
+
+def identify(head: bytes) -> str:
+    """Return the format of a file that starts with these bytes.
+
+    Raises
+    ------
+    ImageError
+        If it is none that can be read; the message says what was found instead.
+    """
+    for name, known in FORMATS.items():
+        if re.match(known.signature, head, re.DOTALL):
+            return name
+    found = next(name for name, signature in _OTHERS.items() if re.match(signature, head, re.DOTALL))
+    raise ImageError(f"found {found} file; convert it to JPEG, PNG, TIFF, WebP, PPM, PGM or BMP first")
+
+
+def decode(stream: BinaryIO, name: str, check_size: CheckSize) -> Raster:
+    """Decode a file of a known format.
+
+    Parameters
+    ----------
+    stream : seekable binary file
+    name : str
+        The format, as `identify` returns it.
+    check_size : callable
+        Called with width and height as soon as they are known, before any pixel is decoded; may raise.
+
+    Raises
+    ------
+    ImageError
+        If the file is damaged, or holds something else than one grey or RGB photo.
+    """
+    try:
+        return FORMATS[name].decode(stream, check_size)
+    except (ImageError, MemoryError):
+        raise
+    except Exception as error:
+        # There is hardly an exception that decoders do not raise on damaged data.
+        raise ImageError(f"the {name} data is damaged or cut short; get the file again") from error

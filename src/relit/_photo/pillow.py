@@ -1,0 +1,104 @@
+"""JPEG, WebP and BMP: the formats that Pillow reads and writes in full."""
+
+from __future__ import annotations
+
+import io
+import threading
+import warnings
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import numpy as np
+from PIL import Image
+
+from relit._photo.metadata import EXIF_PREFIX, Metadata, resolution
+from relit._photo.raster import Raster
+from relit.errors import ImageError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from relit._photo.raster import CheckSize
+
+_MODES = {"1": "L", "L": "L", "P": "RGB", "RGB": "RGB", "RGBA": "RGBA"}
+_QUALITY = 95
+_LARGEST_SEGMENT = 65533
+_XMP_PREFIX = b"http://ns.adobe.com/xap/1.0/\0"
+_PILLOW = threading.Lock()
+
+
+@contextmanager
+def quiet_pillow() -> Iterator[None]:
+    """Keep Pillow from warning of odd metadata, which is left out, and from its own limit on pixels.
+
+    Warning filters and the limit belong to the whole process: one thread at a time changes them, and only
+    while a header is parsed.
+    """
+    with _PILLOW, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        limit, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
+        try:
+            yield
+        finally:
+            Image.MAX_IMAGE_PIXELS = limit
+
+
+def decode_with_pillow(stream: BinaryIO, check_size: CheckSize, *, name: str) -> Raster:
+    """Read a JPEG, WebP or BMP; palettes become RGB, single bits 8."""
+    with quiet_pillow():
+        image = Image.open(stream, formats=(name,))
+    with image:
+        check_size(*image.size)
+        # An MPO is a JPEG with further pictures behind the photo, such as a gain map.
+        if image.format != "MPO" and getattr(image, "is_animated", False):
+            raise ImageError("animated; save one frame as a photo of its own")
+        if image.mode not in _MODES:
+            raise ImageError(f"holds {image.mode} colours; convert it to RGB or grey first")
+        samples = np.array(image.convert(_MODES[image.mode]))
+    info = image.info
+    metadata = Metadata(info.get("exif"), info.get("xmp"), resolution(*info.get("dpi", (0, 0))))
+    return Raster(samples.reshape(*samples.shape[:2], -1), info.get("icc_profile"), metadata)
+
+
+def encode_jpeg(raster: Raster) -> bytes:
+    """Write a JPEG at quality 95, with colours at full resolution.
+
+    EXIF and XMP that exceed a JPEG's segments, 64 KiB, are left out.
+    """
+    exif = EXIF_PREFIX + raster.metadata.exif if raster.metadata.exif else b""
+    xmp = raster.metadata.xmp or b""
+    return _encode(
+        raster,
+        "JPEG",
+        quality=_QUALITY,
+        subsampling=0,
+        icc_profile=raster.profile,
+        exif=exif if len(exif) <= _LARGEST_SEGMENT else b"",
+        xmp=xmp if len(_XMP_PREFIX + xmp) <= _LARGEST_SEGMENT else b"",
+    )
+
+
+def encode_webp(raster: Raster) -> bytes:
+    """Write a lossy WebP at quality 95; alpha, and the colours where it is 0, are kept."""
+    return _encode(
+        raster,
+        "WEBP",
+        quality=_QUALITY,
+        exact=True,
+        icc_profile=raster.profile,
+        exif=raster.metadata.exif or b"",
+        xmp=raster.metadata.xmp or b"",
+    )
+
+
+def encode_bmp(raster: Raster) -> bytes:
+    """Write a BMP, lossless, with no more metadata than the resolution."""
+    return _encode(raster, "BMP")
+
+
+def _encode(raster: Raster, name: str, **options: Any) -> bytes:
+    samples = raster.samples
+    image = Image.fromarray(samples[..., 0] if samples.shape[2] == 1 else samples)
+    buffer = io.BytesIO()
+    image.save(buffer, name, dpi=raster.metadata.dpi or (0, 0), **options)
+    return buffer.getvalue()

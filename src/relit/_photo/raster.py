@@ -1,0 +1,75 @@
+"""What the codecs exchange: samples as they lie in a file, with what the file says about them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from relit._photo.metadata import Metadata
+from relit.pixels import from_unit, to_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import DTypeLike, NDArray
+
+    #: Called with width and height before any pixel is decoded; raises where they are too large.
+    CheckSize = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Raster:
+    """Samples of a file.
+
+    Attributes
+    ----------
+    samples : ndarray, shape (H, W, C)
+        Grey, grey and alpha, RGB, or RGB and alpha; uint8, uint16, or float32 in [0, 1].
+    profile : bytes or None
+        ICC profile.
+    metadata : Metadata
+    """
+
+    samples: NDArray[Any]
+    profile: bytes | None = None
+    metadata: Metadata = field(default_factory=Metadata)
+
+    @property
+    def has_alpha(self) -> bool:
+        """Whether the last channel is alpha."""
+        return self.samples.shape[2] in (2, 4)
+
+
+def rescale(samples: NDArray[Any], maximum: int, dtype: DTypeLike) -> NDArray[Any]:
+    """Return integers in [0, `maximum`] spread over the whole range of `dtype`, uint8 or uint16.
+
+    Examples
+    --------
+    >>> rescale(np.array([0, 512, 1023]), 1023, np.uint16)
+    array([    0, 32800, 65535], dtype=uint16)
+    """
+    full = int(np.iinfo(np.dtype(dtype)).max)
+    if maximum == full:
+        return samples.astype(dtype)
+    # 65535 * 65535 + 32767 is the largest number met here, and it fits 32 bits.
+    wide = np.minimum(samples, maximum).astype(np.uint32)
+    return np.asarray((wide * full + maximum // 2) // maximum, dtype)
+
+
+def to_depth(samples: NDArray[Any], dtype: DTypeLike) -> NDArray[Any]:
+    """Return samples as uint8, uint16, or float32 in [0, 1], rounded to the nearest.
+
+    Examples
+    --------
+    >>> to_depth(np.array([0, 128, 129, 65535], dtype=np.uint16), np.uint8)
+    array([  0,   0,   1, 255], dtype=uint8)
+    """
+    if samples.dtype == dtype:
+        return samples
+    if np.dtype(dtype).kind == "f":
+        return to_unit(samples)
+    if samples.dtype.kind == "f":
+        return from_unit(samples, dtype)
+    return rescale(samples, int(np.iinfo(samples.dtype).max), dtype)

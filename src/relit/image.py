@@ -1,0 +1,315 @@
+"""Photos in and out of files: upright pixels at their own depth, and what travels with them.
+
+Read: JPEG, PNG, TIFF, WebP, PPM/PGM and BMP, told by content, not by name; grey or RGB, with or without
+alpha, of 8 or 16 bits, TIFF also in floating point. Written: the same, at the depth of the pixels as far
+as the format has it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import numpy as np
+
+from relit._photo.codecs import FORMATS, decode, identify
+from relit._photo.metadata import Metadata, put_upright
+from relit._photo.places import name_of, open_source, place_of, put
+from relit._photo.raster import Raster, to_depth
+from relit.errors import ImageError, OutputError
+from relit.files import check_free
+from relit.pixels import check_samples
+from relit.profile import color_space, convert, is_usable
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["DEFAULT_MAX_PIXELS", "Metadata", "Photo", "check_destination", "read_image", "write_image"]
+
+#: More than any camera takes in one shot; as decoded RGB, 600 MB at 8 bits.
+DEFAULT_MAX_PIXELS = 200_000_000
+
+_NAMES = {
+    key.removeprefix("."): name
+    for name, known in FORMATS.items()
+    for key in (name.lower(), *known.extensions)
+}
+_EXTENSIONS = ", ".join(extension for known in FORMATS.values() for extension in known.extensions)
+
+
+@dataclass(frozen=True, eq=False)
+class Photo:
+    """A photo: upright pixels, and what travels with them.
+
+    Attributes
+    ----------
+    pixels : ndarray, shape (H, W) or (H, W, 3)
+        Grey or RGB, in the space of `profile`; uint8, uint16, or float32 in [0, 1].
+    alpha : ndarray of the same dtype, shape (H, W), or None
+        Opacity, kept aside; the pixels are not multiplied with it.
+    profile : bytes or None
+        ICC profile of the pixels; None for sRGB, or for plain grey.
+    metadata : Metadata
+        EXIF, XMP and resolution.
+    format : str or None
+        "JPEG", "PNG", "TIFF", "WEBP", "PPM", "PGM" or "BMP": what it was read from.
+
+    Examples
+    --------
+    >>> photo = Photo(np.zeros((2, 3), np.uint8))
+    >>> photo.alpha is None, photo.metadata
+    (True, Metadata(exif=None, xmp=None, dpi=None))
+    """
+
+    pixels: NDArray[Any]
+    alpha: NDArray[Any] | None = None
+    profile: bytes | None = None
+    metadata: Metadata = field(default_factory=Metadata)
+    format: str | None = None
+
+    def to_profile(self, profile: bytes | None) -> Photo:
+        """Return the photo with its pixels in another colour profile, at their own bit depth.
+
+        Colours outside the new profile's gamut are clipped to it.
+
+        Parameters
+        ----------
+        profile : bytes or None
+            ICC profile; None for sRGB, where a grey photo stays grey. Another RGB profile makes a grey
+            photo's pixels ``(H, W, 3)``.
+
+        Returns
+        -------
+        Photo
+            This one, if it is in that profile already.
+
+        Raises
+        ------
+        ImageError
+            If the profile is neither RGB nor grey, is grey where the photo is not, or is damaged.
+
+        Examples
+        --------
+        >>> photo = Photo(np.full((2, 3), 128, np.uint8))
+        >>> photo.to_profile(None) is photo
+        True
+        """
+        pixels = convert(self.pixels, self.profile, profile)
+        return self if pixels is self.pixels else replace(self, pixels=pixels, profile=profile)
+
+
+def read_image(source: str | Path | BinaryIO, *, max_pixels: int = DEFAULT_MAX_PIXELS) -> Photo:
+    """Read a photo.
+
+    The type is told by content. EXIF orientation is applied. Palettes and bitmaps become RGB or grey;
+    associated alpha in a TIFF is divided out. EXIF that cannot be parsed, and a colour profile that does
+    not fit the pixels or is damaged, are left out.
+
+    Parameters
+    ----------
+    source : str, Path or binary file
+        Where to read; "-" is standard input. An open file is read from where it stands to its end.
+    max_pixels : int, optional
+        The largest width times height that is decoded, 200 million by default: a file of a few kilobytes
+        can claim any size.
+
+    Returns
+    -------
+    Photo
+        With pixels of dtype uint8, uint16 or float32: the file's own depth. The arrays are new.
+
+    Raises
+    ------
+    ImageError
+        If there is no such file, it cannot be opened or is damaged, or it holds something else than one
+        grey or RGB photo of at most `max_pixels`.
+
+    Examples
+    --------
+    >>> import io
+    >>> file = io.BytesIO(b"P5 2 1 255 " + bytes([0, 255]))
+    >>> photo = read_image(file)
+    >>> photo.pixels, photo.format
+    (array([[  0, 255]], dtype=uint8), 'PGM')
+    """
+    name = name_of(source)
+
+    def check_size(width: int, height: int) -> None:
+        if width * height == 0:
+            raise ImageError(f"claims {width}x{height} px, which is no photo; get the file again")
+        if width * height > max_pixels:
+            raise ImageError(
+                f"claims {width}x{height} px, more than the {max_pixels} px allowed; raise max_pixels if you "
+                "trust the file"
+            )
+
+    with open_source(source) as stream:
+        try:
+            head = stream.read(64)
+            if not head:
+                raise ImageError("is empty; get the file again")
+            stream.seek(0)
+            found = identify(head)
+            return _upright(decode(stream, found, check_size), found)
+        except ImageError as error:
+            raise ImageError(f"{name}: {error}") from error.__cause__
+
+
+def write_image(
+    destination: str | Path | BinaryIO,
+    image: NDArray[Any] | Photo,
+    *,
+    like: Photo | None = None,
+    format: str | None = None,  # noqa: A002
+    overwrite: bool = False,
+) -> None:
+    """Write a photo; a file appears whole, or not at all.
+
+    The depth is that of the pixels as far as the format has it, rounded to the nearest: JPEG, WebP and BMP
+    have 8 bits, PNG, PPM and PGM up to 16, and TIFF also float32. JPEG is written at quality 95 with
+    colours at full resolution, WebP at quality 95; the others are lossless. Where the format cannot hold
+    the colour profile, the pixels are converted to sRGB. EXIF, XMP and resolution are kept as far as
+    the format has a place for them.
+
+    Parameters
+    ----------
+    destination : str, Path or binary file
+        Where to write; "-" is standard output.
+    image : Photo or ndarray, shape (H, W) or (H, W, 3)
+        uint8, uint16, or floating point in [0, 1].
+    like : Photo, optional
+        For an array: the photo whose alpha, colour profile and metadata it takes over. A grey profile does
+        not go with colours, nor an RGB profile with grey.
+    format : str, optional
+        "JPEG", "PNG", "TIFF", "WEBP", "PPM", "PGM" or "BMP". By default told by the name's extension; on
+        a stream without one, the format of `like` (or of a Photo), else PNG.
+    overwrite : bool, optional
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    ImageError
+        If the array is no photo, or the format cannot hold it: alpha is never dropped silently.
+    OutputError
+        If the file exists already, its extension is not known, or it cannot be written.
+
+    Examples
+    --------
+    >>> import io
+    >>> file = io.BytesIO()
+    >>> write_image(file, np.zeros((2, 3, 3)), format="png")
+    >>> read_image(io.BytesIO(file.getvalue())).pixels.dtype
+    dtype('uint16')
+    """
+    photo = _as_photo(image, like)
+    kind = _format_of(destination, photo, format)
+    _check_fits(photo, kind, name_of(destination))
+    target = FORMATS[kind]
+    if photo.profile and color_space(photo.profile) not in target.profiles:
+        photo = photo.to_profile(None)
+    dtype = min(photo.pixels.dtype, np.dtype(target.deepest), key=lambda depth: depth.itemsize)
+    planes = [plane for plane in (photo.pixels, photo.alpha) if plane is not None]
+    samples = np.dstack([to_depth(plane, dtype) for plane in planes])
+    put(target.encode(Raster(samples, photo.profile, photo.metadata)), destination, overwrite=overwrite)
+
+
+def check_destination(
+    destination: str | Path | BinaryIO,
+    *,
+    like: Photo | None = None,
+    format: str | None = None,  # noqa: A002
+    overwrite: bool = False,
+) -> None:
+    """Refuse a place that `write_image` would refuse, before any work goes into the photo.
+
+    Parameters
+    ----------
+    destination, format, overwrite
+        As for `write_image`.
+    like : Photo, optional
+        A photo like the one to be written: of its size, and with colours and alpha if it has them.
+
+    Raises
+    ------
+    ImageError
+        If the format cannot hold such a photo.
+    OutputError
+        If the file exists already, its folder does not, or the format is not known.
+
+    Examples
+    --------
+    >>> check_destination("face.gif")  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+        ...
+    relit.errors.OutputError: face.gif: no format to write goes by '.gif'; use one of .jpg, ...
+    """
+    kind = _format_of(destination, like, format)
+    if like is not None:
+        _check_fits(like, kind, name_of(destination))
+    place = place_of(destination)
+    if isinstance(place, Path):
+        check_free(place, overwrite=overwrite)
+
+
+def _upright(raster: Raster, name: str) -> Photo:
+    orientation, metadata = put_upright(raster.metadata)
+    samples = raster.samples
+    if orientation > 4:
+        samples = samples.swapaxes(0, 1)
+    if orientation in (2, 3, 6, 7):
+        samples = samples[:, ::-1]
+    if orientation in (3, 4, 7, 8):
+        samples = samples[::-1]
+    channels = samples.shape[2]
+    pixels = np.ascontiguousarray(samples[..., :3] if channels >= 3 else samples[..., 0])
+    alpha = np.ascontiguousarray(samples[..., -1]) if channels in (2, 4) else None
+    profile = raster.profile if raster.profile and is_usable(raster.profile, pixels) else None
+    return Photo(pixels, alpha, profile, metadata, name)
+
+
+def _as_photo(image: NDArray[Any] | Photo, like: Photo | None) -> Photo:
+    """Join an array with what it takes over, and check that the whole can be written."""
+    if isinstance(image, Photo):
+        if like is not None:
+            raise ImageError("like: goes with an array; a Photo has its own alpha, profile and metadata")
+        photo = image
+    else:
+        photo = replace(like, pixels=image) if like else Photo(image)
+    check_samples(photo.pixels, "image")
+    if photo.alpha is not None:
+        check_samples(photo.alpha, "alpha")
+        if photo.alpha.shape != (shape := photo.pixels.shape[:2]):
+            raise ImageError(f"alpha: expected shape {shape}, as the image has, got {photo.alpha.shape}")
+    space = "GRAY" if photo.pixels.ndim == 2 else "RGB"
+    return photo if photo.profile and color_space(photo.profile) == space else replace(photo, profile=None)
+
+
+def _format_of(destination: str | Path | BinaryIO, like: Photo | None, given: str | None) -> str:
+    if given is None:
+        given = Path(name_of(destination)).suffix
+        if not given and not isinstance(place_of(destination), Path):
+            given = (like and like.format) or "PNG"
+    try:
+        return _NAMES[given.lower().removeprefix(".")]
+    except KeyError:
+        raise OutputError(
+            f"{name_of(destination)}: no format to write goes by {given!r}; use one of {_EXTENSIONS}"
+        ) from None
+
+
+def _check_fits(photo: Photo, name: str, destination: str) -> None:
+    target = FORMATS[name]
+    if photo.alpha is not None and not target.alpha:
+        raise ImageError(
+            f"{destination}: {name} cannot hold the photo's alpha; write PNG, TIFF or WebP, "
+            "or leave alpha out"
+        )
+    if photo.pixels.ndim == 3 and not target.colour:
+        raise ImageError(f"{destination}: {name} cannot hold colours; write PPM, or another format")
+    height, width = photo.pixels.shape[:2]
+    if target.longest and max(height, width) > target.longest:
+        raise ImageError(
+            f"{destination}: {width}x{height} px is too large for {name}, which ends at {target.longest}; "
+            "write PNG or TIFF"
+        )

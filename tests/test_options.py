@@ -1,0 +1,81 @@
+"""Options check themselves."""
+
+from dataclasses import FrozenInstanceError, fields
+
+import numpy as np
+import pytest
+
+from relit.errors import OptionError
+from relit.options import TransferOptions
+
+
+def test_every_option_declares_its_flag_and_help():
+    for option in fields(TransferOptions):
+        assert option.metadata["flag"].startswith("--")
+        assert len(option.metadata["help"]) > 15
+        assert f"    {option.name} : " in TransferOptions.__doc__
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("method", "magic"),
+        ("lam", 0),
+        ("lam", -0.1),
+        ("lam", np.nan),
+        ("lam", np.inf),
+        ("lam", "0.2"),
+        ("lam", True),
+        ("neighborhood", 6),
+        ("neighborhood", 4.0),
+        ("neighborhood", "8"),
+        ("color_space", "lab"),
+        ("channels", "x"),
+        ("channels", 0),
+        ("mask", 1),
+        ("mask", None),
+        ("kernel", "linear"),
+        ("affine", "yes"),
+        ("smoothing", -1e-9),
+        ("smoothing", np.inf),
+    ],
+)
+def test_values_out_of_range_are_refused_by_name(name, value):
+    with pytest.raises(OptionError, match=rf"^{name}: expected .*got {value!r}".replace("(", r"\(")):
+        TransferOptions(**{name: value})
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"lam": 3},
+        {"lam": np.float32(0.5)},
+        {"neighborhood": 16},
+        {"neighborhood": "isotropic"},
+        {"color_space": "hsv", "channels": "v"},
+        {"smoothing": 0},
+        {"smoothing": None},
+    ],
+)
+def test_values_in_range_pass(values):
+    options = TransferOptions(**values)
+    assert all(getattr(options, name) == value for name, value in values.items())
+
+
+def test_channels_are_checked_against_the_color_space():
+    with pytest.raises(OptionError, match="channels: expected one of all, r, g, b"):
+        TransferOptions(channels="v")
+
+
+def test_changed_checks_names_and_values_and_keeps_the_rest():
+    options = TransferOptions(lam=0.5)
+    assert options.changed(mask=False) == TransferOptions(lam=0.5, mask=False)
+    with pytest.raises(OptionError, match="lambda: no such option; expected one of method, lam"):
+        options.changed(**{"lambda": 1})
+    with pytest.raises(OptionError, match="lam"):
+        options.changed(lam=-1)
+
+
+def test_options_are_frozen():
+    with pytest.raises(FrozenInstanceError):
+        TransferOptions().lam = 1
