@@ -42,11 +42,13 @@ LEAST_PRESENCE = 0.5
 
 # Tiles are many, and so are chances to see a face in a spoon: they must be surer.
 _LEAST_SCORE, _LEAST_SCORE_IN_TILES = 0.5, 0.7
+_SURE_PRESENCE = 0.99  # from which on no other look at the same face is worth its time
 _LEAST_OVERLAP = 0.3  # intersection over union, above which two boxes are one face
 _GAMMAS = (1.0, 0.45)
 _BOX_SIDE, _MESH_SIDE = 128, 256
 _AROUND = 1.5  # side of the mesh's square over that of the face's box
-_CENTRED = 0.9  # side of the square that stands in for a detected one, over the photo's shorter side
+_PADDED = 1.5  # side of a view with a margin round the photo, for faces that fill it, over the longer side
+_CENTRED = 1.4  # side of the square that stands in for a detected one, over the photo's shorter side
 _EYE_CORNERS = (33, 263)
 
 
@@ -139,19 +141,31 @@ def detect_faces(image: NDArray[Any], *, name: str = "image") -> list[Landmarks]
     pixels = image if image.dtype == np.uint8 else from_unit(to_unit(image), np.uint8)
     photo = Image.fromarray(pixels).convert("RGB")
     for squares in _views(photo):
-        faces = _distinct(
-            [fit for square in squares for gamma in _GAMMAS if (fit := _fit(photo, square, gamma))]
-        )
-        if faces:
+        if faces := _distinct(_fit_all(photo, squares)):
             return sorted(faces, key=lambda face: -face.interocular_distance)
     return []
+
+
+def _fit_all(photo: Image.Image, squares: list[Square]) -> list[Landmarks]:
+    """Fit the mesh in every square, but for those in the middle of a face that is sure already."""
+    found: list[Landmarks] = []
+    for square in squares:
+        if not any(_is_sure_at(face, square) for face in found):
+            found += [face for gamma in _GAMMAS if (face := _fit(photo, square, gamma))]
+    return found
+
+
+def _is_sure_at(face: Landmarks, square: Square) -> bool:
+    low, high = face.xy.min(axis=0), face.xy.max(axis=0)
+    holds = (low < square[:2]).all() and (square[:2] < high).all()
+    return bool(holds) and (face.confidence or 0) >= _SURE_PRESENCE
 
 
 def _views(photo: Image.Image) -> Iterator[list[Square]]:
     """Yield lists of squares that may hold a face, the most promising first."""
     width, height = photo.size
     middle, longest = ((width - 1) / 2, (height - 1) / 2), max(width, height)
-    yield _boxes(photo, [Square(*middle, longest)], _LEAST_SCORE)
+    yield _boxes(photo, [Square(*middle, longest), Square(*middle, _PADDED * longest)], _LEAST_SCORE)
     yield [Square(*middle, _CENTRED * min(width, height))]
     for parts in (2, 4):
         side = longest / parts
@@ -232,7 +246,10 @@ def overlap(box: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np
     low = np.maximum(box[0] - box[1] / 2, others[:, 0] - others[:, 1] / 2)
     high = np.minimum(box[0] + box[1] / 2, others[:, 0] + others[:, 1] / 2)
     common = np.clip(high - low, 0, None).prod(axis=-1)
-    return np.asarray(common / (box[1].prod() + others[:, 1].prod(axis=-1) - common))
+    union = np.asarray(box[1].prod() + others[:, 1].prod(axis=-1) - common, np.float64)
+    shares = np.zeros_like(union)
+    np.divide(common, union, out=shares, where=union > 0)
+    return shares
 
 
 def _fit(photo: Image.Image, square: Square, gamma: float) -> Landmarks | None:
@@ -241,7 +258,9 @@ def _fit(photo: Image.Image, square: Square, gamma: float) -> Landmarks | None:
     # A weak first look in a poor square may become a sure one in a good square; a hopeless one does not.
     if presence < LEAST_PRESENCE / 10:
         return None
-    points, presence = _mesh(photo, _square_round(points), gamma)
+    again, second = _mesh(photo, _square_round(points), gamma)
+    if second >= min(presence, LEAST_PRESENCE):
+        points, presence = again, second
     return Landmarks(points, "mesh478", presence) if presence >= LEAST_PRESENCE else None
 
 
@@ -274,7 +293,15 @@ def _distinct(faces: list[Landmarks]) -> list[Landmarks]:
         if not boxes or (overlap(box, np.array(boxes)) <= _LEAST_OVERLAP).all():
             kept.append(face)
             boxes.append(box)
-    return kept
+    return [face for face, box in zip(kept, boxes, strict=True) if not _is_inside(box, boxes)]
+
+
+def _is_inside(box: NDArray[np.float64], others: list[NDArray[np.float64]]) -> bool:
+    """Tell whether the centre of a box lies in a larger one: a face seen in a mouth or a cheek."""
+    return any(
+        other[1].prod() > box[1].prod() and bool((2 * np.abs(box[0] - other[0]) < other[1]).all())
+        for other in others
+    )
 
 
 def _crop(
