@@ -24,7 +24,7 @@ LAYERS = [
     {"certificate", "alignment", "ltv"},
     {"planes", "compose"},
     {"relighting"},
-    {"figures", "samples"},
+    {"figures", "samples", "terminal", "cli_options"},
     {"cli"},
 ]
 MODULES = sorted(
@@ -61,7 +61,8 @@ def test_no_import_points_up(module):
 
 
 @pytest.mark.parametrize(
-    ("library", "room"), [("ai_edge_litert", {"detect"}), ("click", {"cli"}), ("rich", {"cli"})]
+    ("library", "room"),
+    [("ai_edge_litert", {"detect"}), ("click", {"cli", "cli_options", "terminal"}), ("rich", {"terminal"})],
 )
 def test_some_libraries_belong_to_one_room(library, room):
     users = {module for module in MODULES for name in imports_of(module) if name.split(".")[0] == library}

@@ -32,10 +32,14 @@ def test_agrees_with_scipy(kernel, affine):
 def test_smoothing_agrees_with_scipy_in_the_unit_of_the_points_spread(smoothing):
     x, y, places = scattered(1)
     spread = np.sqrt(((x - x.mean(axis=0)) ** 2).sum(axis=1).mean())
-    for kernel in ("thin_plate_spline", "gaussian"):
+    for kernel in KERNELS:
         ours = fit_rbf(x, y, kernel=kernel, smoothing=smoothing, radius=25.0)
         epsilon = 1.0 if kernel == "thin_plate_spline" else spread / 25.0
-        theirs = RBFInterpolator(x / spread, y, kernel=kernel, smoothing=smoothing, epsilon=epsilon, degree=1)
+        # scipy's multiquadric is in units of its radius.
+        theirs_too = smoothing * (epsilon if kernel == "multiquadric" else 1)
+        theirs = RBFInterpolator(
+            x / spread, y, kernel=kernel, smoothing=theirs_too, epsilon=epsilon, degree=1
+        )
         np.testing.assert_allclose(ours(places), theirs(places / spread), atol=1e-6)
 
 

@@ -85,7 +85,7 @@ def align(
         As for `fit_rbf`.
     smoothing : float, optional
         As for `fit_rbf`; 0 takes every landmark exactly to its partner. By default the least of 0.001, 0.01,
-        0.1 and 1 whose map does not fold.
+        0.1 and 1 whose map does not fold; without the affine part, 0.
     dtype : dtype, optional
         Of the warped image; by default the reference's.
 
@@ -120,7 +120,8 @@ def align(
     centers = np.vstack([here, anchors])
     values = np.vstack([there, similarity(anchors)])
 
-    ladder = SMOOTHING_LADDER if smoothing is None else (smoothing,)
+    # Without the affine part, smoothing would draw the map to a point instead of a plane.
+    ladder = (smoothing,) if smoothing is not None else SMOOTHING_LADDER if affine else (0.0,)
     for used in ladder:
         interpolant = fit_rbf(centers, values, kernel=kernel, affine=affine, smoothing=used)
         folded = _folded_share(interpolant, height, width)

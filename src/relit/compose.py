@@ -42,7 +42,7 @@ def face_mask(
     Returns
     -------
     (H, W) float32 array
-        In [0, 1]; exactly 0 outside the outline.
+        In [0, 1]; exactly 0 from two pixels outside the outline on.
 
     Examples
     --------

@@ -25,7 +25,15 @@ from relit.profile import color_space, convert, is_usable
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["DEFAULT_MAX_PIXELS", "Metadata", "Photo", "check_destination", "read_image", "write_image"]
+__all__ = [
+    "DEFAULT_MAX_PIXELS",
+    "Metadata",
+    "Photo",
+    "check_destination",
+    "in_one_profile",
+    "read_image",
+    "write_image",
+]
 
 #: More than any camera takes in one shot; as decoded RGB, 600 MB at 8 bits.
 DEFAULT_MAX_PIXELS = 200_000_000
@@ -97,6 +105,37 @@ class Photo:
         """
         pixels = convert(self.pixels, self.profile, profile)
         return self if pixels is self.pixels else replace(self, pixels=pixels, profile=profile)
+
+
+def in_one_profile(target: Photo, reference: Photo) -> tuple[Photo, Photo]:
+    """Return both photos in one colour space: the target's own, where it can be kept.
+
+    A grey target that takes the colours of a reference goes to sRGB, since its profile knows no colours.
+
+    Parameters
+    ----------
+    target, reference : Photo
+
+    Returns
+    -------
+    target, reference : Photo
+
+    Raises
+    ------
+    ImageError
+        If a profile is damaged.
+
+    Examples
+    --------
+    >>> grey, colour = Photo(np.zeros((2, 3), np.uint8)), Photo(np.zeros((2, 3, 3), np.uint8))
+    >>> in_one_profile(grey, colour)[1] is colour
+    True
+    """
+    if target.pixels.ndim == reference.pixels.ndim:
+        return target, reference.to_profile(target.profile)
+    if target.pixels.ndim == 2:
+        target = target.to_profile(None)
+    return target, reference.to_profile(None)
 
 
 def read_image(source: str | Path | BinaryIO, *, max_pixels: int = DEFAULT_MAX_PIXELS) -> Photo:
@@ -290,6 +329,10 @@ def _format_of(destination: str | Path | BinaryIO, like: Photo | None, given: st
         given = Path(name_of(destination)).suffix
         if not given and not isinstance(place_of(destination), Path):
             given = (like and like.format) or "PNG"
+    if not given:
+        raise OutputError(
+            f"{name_of(destination)}: the name has no extension to tell the format; use one of {_EXTENSIONS}"
+        )
     try:
         return _NAMES[given.lower().removeprefix(".")]
     except KeyError:

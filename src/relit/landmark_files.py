@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from relit import _landmark_lines as lines
 from relit import _landmark_trees as trees
 from relit.errors import FaceNotFoundError, LandmarkError, OutputError
-from relit.files import save_atomically
+from relit.files import check_free, save_atomically
 from relit.landmarks import Landmarks
 
 if TYPE_CHECKING:
@@ -156,6 +156,18 @@ def write_landmarks(
     path = Path(path)
     text = _format_of(path, format, OutputError).write(landmarks, image_name)
     save_atomically(path, text.encode("utf-8", "replace"), overwrite=overwrite)
+
+
+def check_landmark_destination(path: str | Path, *, overwrite: bool = False) -> None:
+    """Refuse a place that `write_landmarks` would refuse, before any work goes into the landmarks.
+
+    Raises
+    ------
+    OutputError
+        If the extension is unknown, the folder does not exist, or the file does.
+    """
+    _format_of(Path(path), None, OutputError)
+    check_free(Path(path), overwrite=overwrite)
 
 
 def _format_of(path: Path, name: str | None, error: type[LandmarkError | OutputError]) -> _Format:

@@ -143,7 +143,7 @@ class RBF:
         if self.kernel == "gaussian":
             return np.exp(-square * (self.scale / self.radius) ** 2)
         if self.kernel == "multiquadric":
-            return np.sqrt(square + (self.radius / self.scale) ** 2)
+            return -np.sqrt(square + (self.radius / self.scale) ** 2)
         # Without the affine part the unit of r matters, and the paper's is the pixel.
         unit = 1.0 if self.polynomial is not None else self.scale
         return np.asarray(0.5 * xlogy(square, square * unit**2))
@@ -167,7 +167,8 @@ def fit_rbf(
     values : (n, m) array_like
         Values at the centers.
     kernel : {"thin_plate_spline", "multiquadric", "gaussian"}
-        ``r² log r``, ``√(r² + radius²)`` [2]_ or ``exp(-r² / radius²)``.
+        ``r² log r``, ``-√(r² + radius²)`` [2]_ or ``exp(-r² / radius²)``; the sign makes each positive
+        definite on what the affine part leaves, so that smoothing smooths.
     affine : bool
         Whether to include the affine part.
     smoothing : float

@@ -15,7 +15,7 @@ import numpy as np
 from relit.alignment import Alignment, align
 from relit.compose import blend, face_mask, face_outline
 from relit.detect import detect_landmarks
-from relit.image import Photo
+from relit.image import Photo, in_one_profile
 from relit.landmarks import Landmarks, as_landmarks, check_inside, check_pair
 from relit.ltv import Decomposition, decompose
 from relit.options import TransferOptions
@@ -128,9 +128,10 @@ def transfer(
     ([80, 160], 61)
     """
     settings = (options or TransferOptions()).changed(**changes)
-    target, reference = _in_one_profile(target, reference)
-    check_pixels(target, "target")
-    check_pixels(reference, "reference")
+    photos = [image if isinstance(image, Photo) else Photo(image) for image in (target, reference)]
+    for photo, name in zip(photos, ("target", "reference"), strict=True):
+        check_pixels(photo.pixels, name)
+    target, reference = (photo.pixels for photo in in_one_profile(*photos))
     here = _landmarks_of(target, target_landmarks, "target")
     there = _landmarks_of(reference, reference_landmarks, "reference")
     check_pair(here, there)
@@ -181,20 +182,6 @@ def transfer(
         mask,
         settings,
     )
-
-
-def _in_one_profile(
-    target: NDArray[Any] | Photo, reference: NDArray[Any] | Photo
-) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return the pixels of both photos, in the target's colours where it has any, else in sRGB."""
-    profile = target.profile if isinstance(target, Photo) else None
-    grey = (target.pixels if isinstance(target, Photo) else target).ndim == 2
-    if isinstance(target, Photo):
-        target = (target.to_profile(None) if grey else target).pixels
-    if isinstance(reference, Photo):
-        to_target = not grey and reference.pixels.ndim == 3
-        reference = reference.to_profile(profile if to_target else None).pixels
-    return target, reference
 
 
 def _landmarks_of(image: NDArray[Any], given: Landmarks | ArrayLike | None, name: str) -> Landmarks:

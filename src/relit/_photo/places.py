@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import sys
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, TextIO
 
 from relit.errors import ImageError, OutputError
 from relit.files import save_atomically
@@ -21,8 +21,14 @@ def name_of(place: Place) -> str:
 def place_of(destination: Place) -> Path | BinaryIO:
     """Return where to write: a path, or a binary file."""
     if isinstance(destination, (str, Path)):
-        return sys.stdout.buffer if str(destination) == "-" else Path(destination)
+        return _standard(sys.stdout, destination) if str(destination) == "-" else Path(destination)
     return destination
+
+
+def _standard(stream: TextIO | None, place: str | Path) -> BinaryIO:
+    if stream is None:  # closed before Python started
+        raise OutputError(f"{place}: this standard stream is closed; give the name of a file")
+    return stream.buffer
 
 
 def open_source(source: Place) -> BinaryIO:
@@ -38,7 +44,7 @@ def open_source(source: Place) -> BinaryIO:
         if not isinstance(source, (str, Path)):
             return io.BytesIO(source.read())
         if name == "-":
-            return io.BytesIO(sys.stdin.buffer.read())
+            return io.BytesIO(_standard(sys.stdin, source).read())
         stream = Path(source).open("rb")  # noqa: SIM115 (the caller closes it)
         if stream.seekable():
             return stream
