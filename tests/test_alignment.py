@@ -1,5 +1,9 @@
 """The warp against maps that are known."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
@@ -7,7 +11,7 @@ from skimage import data
 from skimage.transform import AffineTransform, warp
 
 from relit.alignment import align, fit_similarity
-from relit.errors import LandmarkError
+from relit.errors import ImageError, LandmarkError, OptionError
 from relit.landmarks import Landmarks
 
 
@@ -70,6 +74,69 @@ def test_smoothing_rises_until_nothing_folds(face_points):
     default = align(photo(), reference, target, photo().shape)
     assert default.folded == 0
     assert default.smoothing > 1e-3
+
+
+def test_folds_in_a_small_face_on_a_large_photo_are_seen():
+    grid = np.stack(np.meshgrid(np.arange(5), np.arange(5)), axis=-1).reshape(-1, 2) * 12.0 + 1500
+    swapped = grid.copy()
+    swapped[[11, 12]] = swapped[[12, 11]]
+    photo_ = np.zeros((3000, 3000), np.uint8)
+    assert align(photo_, Landmarks(swapped), Landmarks(grid), photo_.shape, smoothing=0).folded > 0.01
+    default = align(photo_, Landmarks(swapped), Landmarks(grid), photo_.shape)
+    assert default.folded == 0
+    assert default.smoothing > 1e-3
+
+
+def test_values_stay_within_the_references():
+    edge = np.full((60, 60), 0.2)
+    edge[:, 30:] = 0.8
+    face = Landmarks([[10, 10], [50, 12], [30, 30], [20, 50], [45, 48]])
+    warped = align(edge, face.shifted(0.4, 0.3), face, edge.shape).warped
+    assert warped.min() >= np.float32(0.2)
+    assert warped.max() <= np.float32(0.8)
+
+
+def test_anchors_keep_their_distance_from_a_face_at_the_frame(face_points):
+    # A point in the very corner moves; an anchor in the same corner would have to stay.
+    corner = np.vstack([face_points, [[0, 0]]])
+    moved = corner + np.vstack([np.zeros((68, 2)), [[6, -4]]])
+    alignment = align(
+        photo()[:130, :130], Landmarks(moved + np.array([0, 4])), Landmarks(corner), (130, 130), smoothing=0
+    )
+    assert np.abs(alignment.interpolant(corner) - moved - np.array([0, 4])).max() < 1e-6
+    assert alignment.folded == 0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="BLAS has one thread there")
+def test_the_map_does_not_depend_on_the_threads_of_blas():
+    code = """
+import hashlib, numpy as np
+from relit.alignment import align
+from relit.landmarks import Landmarks
+rng = np.random.default_rng(0)
+points = rng.random((160, 2)) * 300 + 50
+moved = points + rng.normal(0, 2, points.shape)
+alignment = align(np.zeros((400, 400)), moved, points, (400, 400))
+print(hashlib.sha256(alignment.map.tobytes() + alignment.interpolant.coefficients.tobytes()).hexdigest())
+"""
+    sums = {
+        subprocess.check_output(
+            [sys.executable, "-c", code], env=os.environ | {"OPENBLAS_NUM_THREADS": threads}
+        )
+        for threads in ("1", "2", "3")
+    }
+    assert len(sums) == 1
+
+
+def test_arguments_are_checked_by_name(face_points):
+    face = face_points + 40
+    with pytest.raises(ImageError, match="reference: expected shape"):
+        align(np.zeros((99, 99, 4), np.uint8), face, face, (99, 99))
+    with pytest.raises(LandmarkError, match="target_landmarks: expected"):
+        align(photo(), face, "face", (240, 240))
+    with pytest.raises(OptionError, match="shape: expected"):
+        align(photo(), face, face, (240,))
+    np.testing.assert_array_equal(align(photo(), face.tolist(), face, (240, 240)).warped, photo())
 
 
 def test_faces_that_fill_the_frame_do_not_fold(face_points):

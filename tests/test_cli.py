@@ -640,6 +640,10 @@ class TestRefusals:
         given = "--reference-landmarks reference.csv"
         assert message in fail(f"{command} target.png reference.png {given} {flags} -o out.png")
 
+    def test_swapped_landmarks_are_told_by_their_own_option(self, fail):
+        line = fail("transfer target.png reference.png --target-landmarks far.csv -o out.png --swap")
+        assert "target_landmarks: " in line
+
     def test_swapped_advice_helps(self, place, fail, run):
         command = "transfer noise.png reference.png -o out.png --swap"
         line = fail(command)

@@ -578,3 +578,11 @@ def test_real_tem_files():
         assert landmarks.scheme == "frl189"
         assert landmarks.points.tolist() == np.loadtxt(path, skiprows=1, max_rows=189).tolist()
         assert 150 < landmarks.interocular_distance < 300
+
+
+def test_arrays_may_be_written(tmp_path):
+    write_landmarks(tmp_path / "face.csv", [[1, 2], [30, 4], [5, 60]])
+    assert read_landmarks(tmp_path / "face.csv").points.tolist() == [[1, 2], [30, 4], [5, 60]]
+    with pytest.raises(LandmarkError, match="landmarks: expected"):
+        write_landmarks(tmp_path / "other.csv", [1, 2, 3])
+    assert not (tmp_path / "other.csv").exists()

@@ -1,6 +1,7 @@
 """Exact TV-L1 against a linear program, brute force, independent cuts, and the properties it must have."""
 
 import itertools
+import json
 
 import numpy as np
 import pytest
@@ -280,3 +281,32 @@ def test_certify_refuses_other_shapes():
         certify(np.zeros((3, 3)), np.zeros((3, 4)), 1)
     with pytest.raises(OptionError, match="flow: expected shape"):
         certify(np.zeros((3, 3)), np.zeros((3, 3)), 1, flow=np.zeros((1, 3, 3), np.int32))
+
+
+@pytest.mark.parametrize("dtype", [np.int64, np.uint64])
+def test_certificates_add_up_beyond_64_bits(dtype):
+    f = np.random.default_rng(0).integers(0, 2**50, (40, 40)).astype(dtype)
+    certificate = certify(f, tv_l1(f, 0.5), 0.5)
+    assert certificate.optimal
+    assert certificate.primal == certificate.dual > 2**64
+    refuted = certify(f, f, 0.5)
+    assert not refuted.optimal
+    assert refuted.gap > 0
+
+
+def test_certificates_do_not_depend_on_the_unit_of_intensity():
+    f = data.astronaut()[100:120, 200:220, 0] / 255
+    for scale in (1e-20, 1.0, 1e20):
+        assert certify(f * scale, tv_l1(f * scale, 0.5), 0.5).optimal
+        assert not certify(f * scale, f * scale, 0.5).optimal
+
+
+def test_a_certificate_can_be_written_down():
+    certificate = certify(np.eye(3), np.eye(3), 9)
+    assert json.loads(json.dumps(vars(certificate)))["optimal"] is True
+
+
+@pytest.mark.parametrize("lam", [None, "0.2", True])
+def test_lam_must_be_a_number(lam):
+    with pytest.raises(OptionError, match="lam: expected a finite number"):
+        tv_l1(np.zeros((3, 3)), lam)

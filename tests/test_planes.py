@@ -13,6 +13,7 @@ OTHER = RNG.integers(20, 235, (10, 12, 3)).astype(np.uint8)
 GREY = RNG.integers(20, 235, (10, 12)).astype(np.uint8)
 SPACES = [
     ("rgb", "all"),
+    ("rgb", "g"),
     ("hsv", "all"),
     ("hsv", "primary"),
     ("hsv", "v"),
@@ -74,10 +75,27 @@ def test_a_grey_reference_lights_through_its_own_level():
 @pytest.mark.parametrize(("space", "channels"), SPACES)
 def test_a_grey_target_has_no_colour_until_the_reference_gives_it(space, channels):
     planes = planes_of(GREY, OTHER, space, channels)
-    if space == "rgb":
+    if (space, channels) == ("rgb", "all"):
         assert planes.target is GREY
         assert planes.reference is OTHER
         return
     rebuilt = planes.rebuild(np.asarray(planes.target, np.float32))
     assert rebuilt.shape == (10, 12, 3)
     np.testing.assert_allclose(rebuilt, np.repeat(GREY[..., None] / 255, 3, axis=2), atol=2e-6)
+
+
+def test_one_rgb_channel_is_taken_and_the_others_stay():
+    planes = planes_of(COLOR, OTHER, "rgb", "g")
+    np.testing.assert_allclose(planes.reference, OTHER[..., 1] / 255, atol=1e-6)
+    rebuilt = planes.rebuild(np.full((10, 12), 0.25, np.float32))
+    np.testing.assert_allclose(rebuilt[..., [0, 2]], COLOR[..., [0, 2]] / 255, atol=1e-6)
+    np.testing.assert_array_equal(rebuilt[..., 1], 0.25)
+
+
+@pytest.mark.parametrize("space", ["hsv", "ycbcr"])
+def test_relit_channels_stay_in_their_range(space):
+    planes = planes_of(COLOR, OTHER, space, "all")
+    np.testing.assert_allclose(
+        planes.rebuild(np.full((10, 12, 3), 7.0, np.float32)),
+        planes.rebuild(np.ones((10, 12, 3), np.float32)),
+    )

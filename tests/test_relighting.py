@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from skimage import data
 
+from relit.compose import face_outline
 from relit.errors import FaceNotFoundError, ImageError, LandmarkError, OptionError
 from relit.image import Photo
 from relit.landmarks import Landmarks
@@ -75,6 +76,12 @@ def test_working_on_the_region_alone_changes_next_to_nothing_in_the_face(target,
     assert within.mask.shape != target.shape[:2]
     difference = np.abs(within.image[within.region].astype(int) - whole.image[within.region])[core]
     assert difference.mean() < 0.5
+    # What lies just outside the outline counts: without it, u would end at the outline.
+    outline = face_outline(within.target_landmarks)
+    margin = 0.7 * within.target_landmarks.interocular_distance
+    rows, columns = within.region
+    assert rows.start <= max(outline[:, 1].min() - margin, 0)
+    assert columns.stop >= min(outline[:, 0].max() + margin, target.shape[1])
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32, np.float64])

@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.ndimage import gaussian_filter, map_coordinates
 
-from relit.landmarks import Landmarks, check_inside, check_pair, control_rows
-from relit.pixels import from_unit, to_unit
-from relit.rbf import RBF, KernelName, fit_rbf
+from relit.errors import OptionError
+from relit.landmarks import Landmarks, as_landmarks, check_inside, check_pair, control_rows
+from relit.pixels import check_samples, from_unit, to_unit
+from relit.rbf import RBF, KernelName, fit_rbf, spacing_of, spread_of
 
 if TYPE_CHECKING:
-    from numpy.typing import DTypeLike, NDArray
+    from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 #: What smoothing None tries, in turn, until the map no longer folds: detected points are noisy, and an exact
 #: spline through dense noise can turn over.
@@ -44,7 +45,8 @@ class Alignment:
     inside : (H, W) bool array
         Where that place is on the reference.
     folded : float
-        Share of the frame where the map turns over (Jacobian ≤ 0); 0 for a map that can be trusted.
+        Share of the frame, or of the landmarks' box if that is larger, where the map turns over
+        (Jacobian ≤ 0); 0 for a map that can be trusted.
     interpolant : RBF
         The map as it was fitted.
     smoothing : float
@@ -61,8 +63,8 @@ class Alignment:
 
 def align(
     reference: NDArray[Any],
-    reference_landmarks: Landmarks,
-    target_landmarks: Landmarks,
+    reference_landmarks: Landmarks | ArrayLike,
+    target_landmarks: Landmarks | ArrayLike,
     shape: tuple[int, ...],
     *,
     kernel: KernelName = "thin_plate_spline",
@@ -76,7 +78,7 @@ def align(
     ----------
     reference : (H', W') or (H', W', 3) array
         uint8, uint16 or float in [0, 1].
-    reference_landmarks, target_landmarks : Landmarks
+    reference_landmarks, target_landmarks : Landmarks or (n, 2) or (n, 3) array_like
         Paired row by row. Of a mesh, well-spread points on the features' outlines are used; irises and inner
         lips are left out, since they follow gaze and speech.
     shape : tuple of int
@@ -95,6 +97,8 @@ def align(
 
     Raises
     ------
+    ImageError
+        If the reference is not a photo's pixels.
     LandmarkError
         If the landmarks do not pair up, do not fit their images, or admit no map.
     OptionError
@@ -109,6 +113,11 @@ def align(
     >>> int(alignment.warped[16, 10]), alignment.folded
     (13, 0.0)
     """
+    check_samples(reference, "reference")
+    reference_landmarks = as_landmarks(reference_landmarks, "reference_landmarks")
+    target_landmarks = as_landmarks(target_landmarks, "target_landmarks")
+    if len(shape) < 2 or min(shape[:2]) < 1:
+        raise OptionError(f"shape: expected (H, W, ...) of the target, got {shape!r}")
     check_pair(target_landmarks, reference_landmarks)
     check_inside(target_landmarks, shape, "target_landmarks")
     check_inside(reference_landmarks, reference.shape, "reference_landmarks")
@@ -121,10 +130,21 @@ def align(
     values = np.vstack([there, similarity(anchors)])
 
     # Without the affine part, smoothing would draw the map to a point instead of a plane.
+    # On a large photo the frame's lattice would miss folds within the face.
+    boxes = [(np.zeros(2), np.array([width - 1.0, height - 1.0])), (here.min(axis=0), here.max(axis=0))]
     ladder = (smoothing,) if smoothing is not None else SMOOTHING_LADDER if affine else (0.0,)
     for used in ladder:
-        interpolant = fit_rbf(centers, values, kernel=kernel, affine=affine, smoothing=used)
-        folded = _folded_share(interpolant, height, width)
+        # The face sets the lengths, not the frame, however far that is.
+        interpolant = fit_rbf(
+            centers,
+            values,
+            kernel=kernel,
+            affine=affine,
+            smoothing=used,
+            radius=spacing_of(here),
+            scale=spread_of(here),
+        )
+        folded = max(_folded_share(interpolant, *box) for box in boxes)
         if folded == 0:
             break
 
@@ -187,10 +207,9 @@ def _anchors(face: NDArray[np.float64], height: int, width: int, margin: float) 
     return np.column_stack([x.ravel()[ring], y.ravel()[ring]])
 
 
-def _folded_share(interpolant: RBF, height: int, width: int, lattice: int = 64) -> float:
-    """Return the share of the frame where the map turns over, on a lattice of at most 64 x 64 cells."""
-    x = np.linspace(0, width - 1, min(lattice, width) + 1)
-    y = np.linspace(0, height - 1, min(lattice, height) + 1)
+def _folded_share(interpolant: RBF, low: NDArray[np.float64], high: NDArray[np.float64]) -> float:
+    """Return the share of a box where the map turns over, on a lattice of 64 x 64 cells."""
+    x, y = np.linspace(low, high, 65).T
     places = interpolant(np.stack(np.meshgrid(x, y), axis=-1))
     across, down = np.diff(places, axis=1)[:-1], np.diff(places, axis=0)[:, :-1]
     jacobian = across[..., 0] * down[..., 1] - across[..., 1] * down[..., 0]

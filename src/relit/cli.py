@@ -72,9 +72,12 @@ class Source(NamedTuple):
         """Read the landmarks, or find them."""
         from relit.detect import detect_landmarks
         from relit.landmark_files import read_landmarks
+        from relit.landmarks import check_inside
 
         if self.landmarks is not None:
-            return read_landmarks(self.landmarks, face=self.face)
+            found = read_landmarks(self.landmarks, face=self.face)
+            check_inside(found, photo.pixels.shape, f"{self.argument}_landmarks")
+            return found
         return detect_landmarks(photo.pixels, face=self.face or 0, name=self.argument)
 
 
@@ -127,7 +130,9 @@ def transfer(
         result = run(photo, light, target_landmarks=here, reference_landmarks=there, options=settings)
     warn_of_folds(result.alignment.folded)
     with progress("Writing"):
-        pictures = stage_pictures(result) | {"sheet": contact_sheet(result)} if folder else {}
+        pictures = stage_pictures(result) if folder else {}
+        if folder:
+            pictures["sheet"] = contact_sheet(result, pictures)
         write_image(output, result.image, like=photo, overwrite=force)
         saved = folder.save({f"{name}.png": picture for name, picture in pictures.items()}) if folder else []
     report(

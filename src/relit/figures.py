@@ -102,12 +102,16 @@ def landmark_overlay(image: NDArray[Any], landmarks: Landmarks) -> NDArray[np.ui
     return np.asarray(picture)
 
 
-def contact_sheet(result: TransferResult, *, height: int = 360) -> NDArray[np.uint8]:
+def contact_sheet(
+    result: TransferResult, pictures: dict[str, NDArray[Any]] | None = None, *, height: int = 360
+) -> NDArray[np.uint8]:
     """Draw the stages of a transfer on one page, as in Fig. 1 of the paper.
 
     Parameters
     ----------
     result : TransferResult
+    pictures : dict, optional
+        What `stage_pictures` gave, if it is at hand.
     height : int
         Of each picture, in px.
 
@@ -116,7 +120,10 @@ def contact_sheet(result: TransferResult, *, height: int = 360) -> NDArray[np.ui
     (H, W, 3) uint8 array
     """
     face = result.region
-    pictures = stage_pictures(result) | {"before": result.target[face], "after": result.image[face]}
+    panels = (pictures or stage_pictures(result)) | {
+        "before": result.target[face],
+        "after": result.image[face],
+    }
     captions = {
         "target": "target",
         "reference": "reference",
@@ -136,7 +143,7 @@ def contact_sheet(result: TransferResult, *, height: int = 360) -> NDArray[np.ui
         ("mask", "before", "after", "result"),
     )
     strips = [
-        _strip([(captions[name], pictures[name]) for name in row if name in pictures], height) for row in rows
+        _strip([(captions[name], panels[name]) for name in row if name in panels], height) for row in rows
     ]
     sheet = Image.new(
         "RGB", (max(strip.width for strip in strips), sum(strip.height for strip in strips)), _PAPER

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Real
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -73,7 +74,8 @@ class Grid:
 
 def check_lam(lam: float) -> None:
     """Refuse a λ that is not a finite number above 0."""
-    if not (np.isfinite(lam) and lam > 0):
+    number = isinstance(lam, Real) and not isinstance(lam, bool)
+    if not (number and np.isfinite(lam) and lam > 0):
         raise OptionError(f"lam: expected a finite number above 0, got {lam!r}; the paper uses 0.2")
 
 

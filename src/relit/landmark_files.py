@@ -27,10 +27,12 @@ from relit import _landmark_lines as lines
 from relit import _landmark_trees as trees
 from relit.errors import FaceNotFoundError, LandmarkError, OutputError
 from relit.files import check_free, save_atomically
-from relit.landmarks import Landmarks
+from relit.landmarks import Landmarks, as_landmarks
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from numpy.typing import ArrayLike
 
 # A whole mesh takes 50 kB, so a larger file is something else.
 _MAX_BYTES = 16 * 2**20
@@ -112,7 +114,7 @@ def read_landmarks(
 
 def write_landmarks(
     path: str | Path,
-    landmarks: Landmarks,
+    landmarks: Landmarks | ArrayLike,
     *,
     format: str | None = None,  # noqa: A002
     overwrite: bool = False,
@@ -123,7 +125,7 @@ def write_landmarks(
     Parameters
     ----------
     path : str or Path
-    landmarks : Landmarks
+    landmarks : Landmarks or (n, 2) or (n, 3) array_like
     format : {"pts", "tem", "json", "ljson", "csv", "xml"}, optional
         By default the file's extension, in upper or lower case.
     overwrite : bool, optional
@@ -133,6 +135,8 @@ def write_landmarks(
 
     Raises
     ------
+    LandmarkError
+        If an array is unusable as `Landmarks`.
     OutputError
         If the extension is none of the above, the file exists, or it cannot be written.
 
@@ -154,7 +158,7 @@ def write_landmarks(
     50,80.25
     """
     path = Path(path)
-    text = _format_of(path, format, OutputError).write(landmarks, image_name)
+    text = _format_of(path, format, OutputError).write(as_landmarks(landmarks, "landmarks"), image_name)
     save_atomically(path, text.encode("utf-8", "replace"), overwrite=overwrite)
 
 

@@ -31,7 +31,7 @@ import numpy as np
 from numba import njit
 
 from relit.grid import Grid, Neighborhood, check_plane, paired
-from relit.mincut import SOURCE, cut
+from relit.mincut import cut, settle_chains
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -124,7 +124,9 @@ def solve(image: NDArray[Any], lam: float, neighborhood: Neighborhood = 4) -> So
     high[inside.ravel()] = len(values) - 1
     outflow = np.zeros(inside.size, np.int32)
     excess = np.empty(inside.size, np.int32)
+    carry = np.empty(inside.size, np.int32)
     while _open_round(f, low, high, outflow, fidelity, excess):
+        settle_chains(residual, excess, offset, carry)
         side = cut(residual, excess, offset)
         _close_round(side, f, low, high, outflow, fidelity, excess, residual, offset)
 
@@ -184,7 +186,7 @@ def _open_round(f: Ints, low: Ints, high: Ints, outflow: Ints, fidelity: int, ex
 
 @njit(cache=True, nogil=True)
 def _close_round(
-    side: NDArray[np.uint8],
+    side: NDArray[np.bool_],
     f: Ints,
     low: Ints,
     high: Ints,
@@ -199,11 +201,11 @@ def _close_round(
         if low[p] < high[p]:
             middle = (low[p] + high[p] + 1) // 2
             outflow[p] = (fidelity if f[p] >= middle else -fidelity) - excess[p]
-            if side[p] == SOURCE:
+            if side[p]:
                 low[p] = middle
             else:
                 high[p] = middle - 1
         for k in range(offset.size):
-            if residual[p, k] != 0 and (side[p] == SOURCE) != (side[p + offset[k]] == SOURCE):
+            if residual[p, k] != 0 and side[p] != side[p + offset[k]]:
                 # The source side sends all it can; what could flow back must not, from now on.
                 residual[p, k] = 0

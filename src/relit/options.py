@@ -48,7 +48,8 @@ class TransferOptions:
     color_space : {"rgb", "hsv", "ycbcr"}
         Where colour is relit.
     channels : str
-        ``all``, ``primary`` (H of HSV, Y of YCbCr) or one channel by name.
+        ``all``, ``primary`` (H of HSV, Y of YCbCr) or one channel by name; lightness alone where the
+        reference is grey.
     mask : bool
         Whether to relight the face alone and blend it into the photo; False is the paper's whole image.
     kernel : {"thin_plate_spline", "multiquadric", "gaussian"}
@@ -101,7 +102,7 @@ class TransferOptions:
     channels: str = _option(
         "all",
         "Channels to relight: 'all', 'primary' (H of HSV, Y of YCbCr, as in the paper), or one by name, for "
-        "example 'v' of HSV.",
+        "example 'v' of HSV. A grey reference lights the lightness alone, whatever is chosen.",
         flag="--channels",
     )
     mask: bool = _option(

@@ -66,7 +66,7 @@ def check_samples(image: Any, name: str) -> None:
     """
     if not isinstance(image, np.ndarray):
         raise ImageError(
-            f"{name}: expected a NumPy array, got {type(image).__name__}; read files with read_image"
+            f"{name}: expected a NumPy array, got {type(image).__name__}; of a Photo, take the .pixels"
         )
     if image.dtype not in _DTYPES:
         raise ImageError(f"{name}: expected uint8, uint16, float32 or float64, got {image.dtype}")

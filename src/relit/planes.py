@@ -6,7 +6,7 @@ target, reference     planes that are relit               what becomes of the ot
 grey, grey            the images
 colour, colour        the chosen channels of the space    kept from the target
 grey, colour          the same, of an achromatic target   the target becomes coloured
-colour, grey          lightness: luma of RGB (or Y), V    kept; R, G and B scale alike with their luma
+colour, grey          lightness alone: luma of RGB, V, Y  kept; R, G and B scale alike with their luma
 ====================  ==================================  ==============================================
 """
 
@@ -77,7 +77,7 @@ def planes_of(
         rgb = to_unit(target)
         lightness = np.clip(luma(rgb), DARKEST, 1)
         return Planes(lightness, reference, lambda relit: rgb * (relit / lightness)[..., None])
-    if color_space == "rgb":
+    if color_space == "rgb" and channels == "all":
         return Planes(target, reference, lambda relit: relit)
 
     chosen = channels_of(color_space, channels)

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
@@ -24,6 +25,7 @@ from scipy.interpolate import RectBivariateSpline
 from scipy.linalg import LinAlgError, LinAlgWarning, lu_factor, lu_solve
 from scipy.spatial.distance import cdist
 from scipy.special import xlogy
+from threadpoolctl import ThreadpoolController
 
 from relit.errors import LandmarkError, OptionError
 
@@ -55,7 +57,7 @@ class RBF:
     radius : float
         Shape parameter of the multiquadric and Gaussian kernels, in px.
     scale : float
-        Root mean square distance of the centers from their centroid, in px.
+        Unit of distance, in px.
     """
 
     centers: NDArray[np.float64]
@@ -81,11 +83,12 @@ class RBF:
         flat = array.reshape(-1, 2)
         values = np.empty((len(flat), self.coefficients.shape[1]))
         rows = max(_CHUNK // len(self.centers), 1)
-        for start in range(0, len(flat), rows):
-            part = slice(start, start + rows)
-            values[part] = self._basis(flat[part]) @ self.coefficients
-            if self.polynomial is not None:
-                values[part] += _affine_terms(flat[part], self.centers, self.scale) @ self.polynomial
+        with _blas().limit(limits=1, user_api="blas"):
+            for start in range(0, len(flat), rows):
+                part = slice(start, start + rows)
+                values[part] = self._basis(flat[part]) @ self.coefficients
+                if self.polynomial is not None:
+                    values[part] += _affine_terms(flat[part], self.centers, self.scale) @ self.polynomial
         return values.reshape(*array.shape[:-1], -1)
 
     def on_grid(self, height: int, width: int, *, tolerance: float = 0.05) -> NDArray[np.float32]:
@@ -157,6 +160,7 @@ def fit_rbf(
     affine: bool = True,
     smoothing: float = 0.0,
     radius: float | None = None,
+    scale: float | None = None,
 ) -> RBF:
     """Fit an interpolant, or with smoothing an approximant, to scattered data.
 
@@ -173,10 +177,11 @@ def fit_rbf(
         Whether to include the affine part.
     smoothing : float
         0 interpolates. Above, ``Σ |s(xᵢ) - yᵢ|²`` is traded against the roughness of s, with distances in
-        units of the root mean square distance of the centers from their centroid, so that a value means the
-        same at any image size.
+        units of `scale`, so that a value means the same at any image size.
     radius : float, optional
-        Shape parameter in px; by default the average spacing of the centers.
+        Shape parameter in px; by default `spacing_of` the centers.
+    scale : float, optional
+        Unit of distance in px; by default `spread_of` the centers.
 
     Returns
     -------
@@ -204,11 +209,11 @@ def fit_rbf(
         raise OptionError(f"smoothing: expected a finite number, 0 or above, got {smoothing!r}")
     x = np.asarray(centers, np.float64)
     y = np.asarray(values, np.float64)
-    scale = float(np.sqrt(((x - x.mean(axis=0)) ** 2).sum(axis=1).mean()))
-    if radius is None:
-        radius = float(np.sqrt(np.prod(np.ptp(x, axis=0)) / len(x))) or scale
-    if not (np.isfinite(radius) and radius > 0):
-        raise OptionError(f"radius: expected a number of px above 0, got {radius!r}")
+    scale = spread_of(x) if scale is None else scale
+    radius = spacing_of(x) or scale if radius is None else radius
+    for name, length in (("radius", radius), ("scale", scale)):
+        if not (np.isfinite(length) and length > 0):
+            raise OptionError(f"{name}: expected a number of px above 0, got {length!r}")
 
     n = len(x)
     blank = RBF(
@@ -224,7 +229,8 @@ def fit_rbf(
             )
         system = np.block([[system, terms], [terms.T, np.zeros((3, 3))]])
     right = np.vstack([y, np.zeros((len(system) - n, y.shape[1]))])
-    solution = _solve_refined(system, right)
+    with _blas().limit(limits=1, user_api="blas"):
+        solution = _solve_refined(system, right)
     if smoothing == 0 and not np.abs(system[:n] @ solution - y).max() <= EXACT:
         first, second = np.divmod(np.argmin(cdist(x, x) + np.diag(np.full(n, np.inf))), n)
         raise LandmarkError(
@@ -232,6 +238,22 @@ def fit_rbf(
             "remove one of them, or use smoothing above 0"
         )
     return RBF(x, solution[:n], solution[n:] if affine else None, kernel, radius, scale)
+
+
+@cache
+def _blas() -> ThreadpoolController:
+    """Return the switch for BLAS's threads: their number changes the rounding, and must not."""
+    return ThreadpoolController()
+
+
+def spread_of(points: NDArray[np.float64]) -> float:
+    """Return the root mean square distance of (n, 2) points from their centroid."""
+    return float(np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean()))
+
+
+def spacing_of(points: NDArray[np.float64]) -> float:
+    """Return about how far (n, 2) points are apart: the side of the square that each has to itself."""
+    return float(np.sqrt(np.prod(np.ptp(points, axis=0)) / len(points)))
 
 
 def _affine_terms(

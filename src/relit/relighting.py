@@ -7,7 +7,9 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,7 +42,7 @@ class TransferResult:
         The target in the reference's light, in the target's dtype and shape; RGB where a grey target took the
         colours of a reference.
     target, reference : array
-        As given.
+        As given, or of a `Photo`, the pixels in the colour space of the transfer.
     target_landmarks, reference_landmarks : Landmarks
         As given or detected.
     region : (slice, slice)
@@ -136,7 +138,6 @@ def transfer(
     there = _landmarks_of(reference, reference_landmarks, "reference")
     check_pair(here, there)
     check_inside(here, target.shape, "target_landmarks")
-    check_inside(there, reference.shape, "reference_landmarks")
 
     region = _region(here, target.shape) if settings.mask else _whole(target.shape)
     face = target[region]
@@ -153,15 +154,14 @@ def transfer(
     )
 
     planes = planes_of(face, alignment.warped, settings.color_space, settings.channels)  # type: ignore[arg-type]
-    of_target, of_reference = (
-        decompose(
-            plane,
-            settings.lam,
-            neighborhood=settings.neighborhood,
-            interocular_distance=landmarks.interocular_distance,
-        )
-        for plane in (planes.target, planes.reference)
+    split = partial(
+        decompose,
+        lam=settings.lam,
+        neighborhood=settings.neighborhood,
+        interocular_distance=landmarks.interocular_distance,
     )
+    with ThreadPoolExecutor(2) as pool:
+        of_target, of_reference = pool.map(split, (planes.target, planes.reference))
     v = of_target.v if of_target.v.ndim == of_reference.u.ndim else of_target.v[..., None]
     relit = planes.rebuild(of_reference.u * v)
 

@@ -42,8 +42,6 @@ def exit_code_of(command: Callable[[], int | None]) -> int:
         # Whoever read us has gone. Nothing is left to say, also not when Python flushes stdout at its end.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
-    except OSError as error:
-        return _failed(f"standard output: cannot be written ({error.strerror or error}); make room")
 
 
 def _failed(message: str, code: int = 1) -> int:
@@ -77,8 +75,13 @@ def progress(step: str) -> Iterator[None]:
 def report(as_json: bool, **facts: Any) -> None:
     """Print the facts as JSON, or on a terminal the names of the files."""
     if as_json:
-        click.echo(json.dumps({name: fact for name, fact in facts.items() if fact not in (None, [])}))
-        sys.stdout.flush()
+        try:
+            click.echo(json.dumps({name: fact for name, fact in facts.items() if fact not in (None, [])}))
+            sys.stdout.flush()
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            raise OutputError(f"standard output: cannot be written ({error.strerror})") from error
     elif sys.stderr.isatty():
         for place in (facts.get("output"), facts.get("overlay"), facts.get("stages")):
             for path in [place] if isinstance(place, str) else place or []:
