@@ -1,6 +1,7 @@
 """The split: identities that it must satisfy, and its behaviour at the ends of the range."""
 
 import threading
+from functools import partial
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from skimage import data
 
+from relit import ltv
 from relit.certificate import certify
 from relit.errors import ImageError, OptionError
 from relit.ltv import DARKEST, decompose
@@ -113,3 +115,10 @@ def test_arguments_out_of_range_are_refused():
         decompose(image, neighborhood=6)
     with pytest.raises(ImageError, match="image: expected shape"):
         decompose(np.zeros((9, 9, 4), np.uint8))
+
+
+def test_an_isotropic_split_that_did_not_converge_is_told(monkeypatch):
+    hurried = partial(tv_l1_isotropic, max_iterations=20)
+    monkeypatch.setattr(ltv, "tv_l1_isotropic", hurried)
+    with pytest.warns(RuntimeWarning, match="stopped after 20 iterations"):
+        decompose(data.astronaut()[60:100, 200:240, 1], 0.05, neighborhood="isotropic")
