@@ -1,10 +1,16 @@
 """What several tests share: the data folders beside the checkout, and a face with known landmarks."""
 
 import json
+import os
 from pathlib import Path
 
+import hypothesis
 import numpy as np
 import pytest
+
+# Machines are shared and noisy, so no deadline; and a change lands or not by what it does, not by a draw.
+hypothesis.settings.register_profile("relit", deadline=None, derandomize="CI" in os.environ)
+hypothesis.settings.load_profile("relit")
 
 SHARED = Path(__file__).parents[2] / "shared"
 
