@@ -6,7 +6,8 @@ from skimage import data
 
 from relit.compose import face_outline
 from relit.errors import FaceNotFoundError, ImageError, LandmarkError, OptionError
-from relit.image import Photo
+from relit.image import Photo, read_image
+from relit.landmark_files import read_landmarks
 from relit.landmarks import Landmarks
 from relit.ltv import DARKEST
 from relit.options import TransferOptions
@@ -148,6 +149,15 @@ def test_options_object_and_keywords_agree(target, reference, face):
     other = transfer(target, reference, **given(face), lam=0.6, neighborhood=8, mask=False)
     np.testing.assert_array_equal(one.image, other.image)
     assert one.options == other.options == options.changed(mask=False)
+
+
+def test_landmarks_far_from_the_outline_are_worked_with(portraits):
+    photo = read_image(portraits / "005_03.jpg").pixels[::3, ::3].copy()
+    points = read_landmarks(portraits / "005_03.tem").points / 3
+    points[151, 1] = 5  # the top of very high hair
+    result = transfer(photo, photo, target_landmarks=points, reference_landmarks=points)
+    assert result.target_landmarks.scheme == "frl189"
+    np.testing.assert_allclose(result.image, photo, atol=1)
 
 
 def test_inputs_are_left_alone(target, reference, face):

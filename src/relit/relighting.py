@@ -195,9 +195,10 @@ def _whole(shape: tuple[int, ...]) -> tuple[slice, slice]:
 
 
 def _region(landmarks: Landmarks, shape: tuple[int, ...]) -> tuple[slice, slice]:
-    """Return the rows and columns of the face and its surroundings."""
+    """Return the rows and columns of the face and its surroundings, and of all landmarks, hair among them."""
     outline = face_outline(landmarks)
     margin = _SURROUNDINGS * landmarks.interocular_distance
-    left, top = np.floor(outline.min(axis=0) - margin).astype(int)
-    right, bottom = np.ceil(outline.max(axis=0) + margin).astype(int) + 1
+    points = np.vstack([outline - margin, outline + margin, landmarks.xy])
+    left, top = np.floor(points.min(axis=0)).astype(int)
+    right, bottom = np.ceil(points.max(axis=0)).astype(int) + 1
     return slice(max(top, 0), min(bottom, shape[0])), slice(max(left, 0), min(right, shape[1]))

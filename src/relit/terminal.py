@@ -92,8 +92,8 @@ def warn_of_folds(folded: float) -> None:
     """Say so if the alignment cannot be trusted."""
     if folded > 0:
         click.echo(
-            f"relit: warning: the alignment turns over on {folded:.1%} of the frame; check the landmarks, or "
-            "raise --smoothing",
+            f"relit: warning: the alignment turns over on {folded:.1%} of the face or the frame; check the "
+            "landmarks, or raise --smoothing",
             err=True,
         )
 
