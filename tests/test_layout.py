@@ -16,10 +16,10 @@ SOURCE = Path(relit.__file__).parent
 #: From the ground up; a module may import from the rows above its own here.
 LAYERS = [
     {"errors"},
-    {"files", "pixels", "color", "landmarks", "grid"},
-    {"options", "mincut", "rbf"},
-    {"_photo", "profile", "_landmark_lines", "face_models"},
-    {"image", "_landmark_trees"},
+    {"files", "pixels", "color", "landmarks", "grid", "threads"},
+    {"options", "graph", "rbf"},
+    {"_photo", "profile", "_landmark_lines", "face_models", "sweeps", "warm_start"},
+    {"image", "_landmark_trees", "mincut"},
     {"landmark_files", "detect", "level_sets", "primal_dual"},
     {"certificate", "alignment", "ltv"},
     {"planes", "compose"},

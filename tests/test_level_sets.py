@@ -13,6 +13,7 @@ from scipy.optimize import linprog
 from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 from skimage import data
 
+from relit import level_sets
 from relit.certificate import certify
 from relit.errors import ImageError, OptionError
 from relit.grid import UNIT, Grid
@@ -107,13 +108,8 @@ def test_energy_is_the_linear_programs_optimum(neighborhood, f, lam):
     )
 
 
-@pytest.mark.parametrize("neighborhood", NEIGHBORHOODS)
-@settings(max_examples=25, deadline=None)
-@given(
-    f=arrays(np.uint8, st.sampled_from([(2, 3), (3, 2), (1, 6), (2, 2)]), elements=st.integers(0, 2)),
-    lam=lams,
-)
-def test_result_is_the_smallest_of_all_minimisers(neighborhood, f, lam):
+def smallest_minimiser(f, lam, neighborhood):
+    """The least of all images of values 0, 1 and 2 with the least energy, by trying them all."""
     candidates = np.array(list(itertools.product(range(3), repeat=f.size)), np.int64)
     grid = Grid.of(neighborhood)
     energies = grid.fidelity(lam) * np.abs(candidates - f.ravel()).sum(axis=1)
@@ -123,8 +119,86 @@ def test_result_is_the_smallest_of_all_minimisers(neighborhood, f, lam):
             if 0 <= y + dy < f.shape[0] and 0 <= x + dx < f.shape[1]:
                 i, j = y * f.shape[1] + x, (y + dy) * f.shape[1] + x + dx
                 energies += weights[dy, dx] * np.abs(candidates[:, i] - candidates[:, j])
-    minimisers = candidates[energies == energies.min()]
-    np.testing.assert_array_equal(tv_l1(f, lam, neighborhood).ravel(), minimisers.min(axis=0))
+    return candidates[energies == energies.min()].min(axis=0).reshape(f.shape)
+
+
+@pytest.mark.parametrize("neighborhood", NEIGHBORHOODS)
+@settings(max_examples=25, deadline=None)
+@given(
+    f=arrays(np.uint8, st.sampled_from([(2, 3), (3, 2), (1, 6), (2, 2)]), elements=st.integers(0, 2)),
+    lam=lams,
+)
+def test_result_is_the_smallest_of_all_minimisers(neighborhood, f, lam):
+    np.testing.assert_array_equal(tv_l1(f, lam, neighborhood), smallest_minimiser(f, lam, neighborhood))
+
+
+@pytest.mark.slow
+def test_ten_thousand_random_images_give_their_smallest_minimiser():
+    random = np.random.default_rng(3)
+    shapes = [(2, 3), (3, 2), (1, 6), (6, 1), (2, 2), (1, 5)]
+    for i in range(10_000):
+        f = random.integers(0, 3, shapes[i % len(shapes)]).astype(np.uint8)
+        # Simple fractions tie often, so that the rule for ties is tried as well.
+        lam = random.integers(1, 33) / 8 if i % 2 else random.uniform(0.02, 5)
+        neighborhood = NEIGHBORHOODS[i % 3]
+        np.testing.assert_array_equal(
+            tv_l1(f, lam, neighborhood), smallest_minimiser(f, lam, neighborhood), f"{f} {lam} {neighborhood}"
+        )
+
+
+@pytest.mark.parametrize("neighborhood", NEIGHBORHOODS)
+@pytest.mark.parametrize("threads", [2, 3])
+def test_threads_change_nothing(neighborhood, threads, monkeypatch):
+    f = data.astronaut()[60:160, 190:254, 1]
+    alone = tv_l1(f, 0.1, neighborhood, threads=1)
+    monkeypatch.setattr(level_sets, "_LEAST_BAND", 1)
+    solution = solve(f, 0.1, neighborhood, threads=threads)
+    np.testing.assert_array_equal(solution.u, alone)
+    assert certify(f, solution.u, 0.1, neighborhood, solution.flow).optimal
+
+
+@settings(max_examples=30)
+@given(
+    f=arrays(np.uint8, st.tuples(st.integers(16, 40), st.integers(1, 9)), elements=st.integers(0, 3)),
+    lam=lams,
+    neighborhood=st.sampled_from(NEIGHBORHOODS),
+)
+def test_bands_of_any_image_join(f, lam, neighborhood):
+    alone = tv_l1(f, lam, neighborhood, threads=1)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(level_sets, "_LEAST_BAND", 1)
+        np.testing.assert_array_equal(tv_l1(f, lam, neighborhood, threads=4), alone)
+
+
+def hard_images():
+    random = np.random.default_rng(1)
+    y, x = np.mgrid[:90, :80]
+    return {
+        "noise": random.integers(0, 256, y.shape).astype(np.uint8),
+        "flat": np.full(y.shape, 7, np.uint8),
+        "two values": np.where(random.random(y.shape) < 0.5, 3, 250).astype(np.uint8),
+        "checks": ((x + y) % 2).astype(np.uint8),
+        "ramp": x.astype(np.uint8),
+        "fine ramp": (x * 80 + y).astype(np.uint16),
+        "spiral": (np.hypot(x - 40, y - 45) + 3 * np.arctan2(y - 45, x - 40) / np.pi % 6 < 3).astype(
+            np.uint8
+        ),
+    }
+
+
+@pytest.mark.parametrize("name", hard_images())
+@pytest.mark.parametrize("lam", [0.02, 0.5])
+def test_hard_images_are_certified(name, lam):
+    f = hard_images()[name]
+    for neighborhood in NEIGHBORHOODS:
+        solution = solve(f, lam, neighborhood)
+        assert certify(f, solution.u, lam, neighborhood, solution.flow).optimal
+
+
+@pytest.mark.parametrize("threads", [0, -1, 1.5, True, "2"])
+def test_number_of_threads_out_of_range_is_refused(threads):
+    with pytest.raises(OptionError, match="threads: expected an integer above 0"):
+        tv_l1(np.zeros((3, 3)), 1, threads=threads)
 
 
 @pytest.mark.parametrize("neighborhood", NEIGHBORHOODS)

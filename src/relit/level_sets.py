@@ -25,18 +25,22 @@ References
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numba import njit
 
-from relit.grid import Grid, Neighborhood, check_plane, paired
-from relit.mincut import cut, settle_chains
+from relit.graph import Flags, Graph, Ints
+from relit.grid import UNIT, Grid, Neighborhood, check_plane
+from relit.mincut import cut
+from relit.threads import check_threads, pool, split
+from relit.warm_start import nearly_maximal_flow
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from relit.mincut import Ints, Steps
+_LEAST_BAND = 2**15  # pixels of a band below which a thread does not pay
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +60,9 @@ class Solution:
     flow: NDArray[np.int32]
 
 
-def tv_l1(image: NDArray[Any], lam: float, neighborhood: Neighborhood = 4) -> NDArray[Any]:
+def tv_l1(
+    image: NDArray[Any], lam: float, neighborhood: Neighborhood = 4, *, threads: int | None = None
+) -> NDArray[Any]:
     """Return the exact minimiser ``u`` of anisotropic TV-L1.
 
     Parameters
@@ -68,6 +74,8 @@ def tv_l1(image: NDArray[Any], lam: float, neighborhood: Neighborhood = 4) -> ND
         1/λ leave u. Above the sum of a pixel's weights (4 for 4 neighbours) ``u = f``.
     neighborhood : {4, 8, 16}
         Neighbours of a pixel. More come closer to the rotation-invariant length, and take longer.
+    threads : int, optional
+        How many to use at most; by default, as many as can run at once. It changes nothing but the time.
 
     Returns
     -------
@@ -79,7 +87,7 @@ def tv_l1(image: NDArray[Any], lam: float, neighborhood: Neighborhood = 4) -> ND
     ImageError
         If the image is not a finite (H, W) array.
     OptionError
-        If λ or the neighbourhood is out of range.
+        If λ, the neighbourhood or the number of threads is out of range.
 
     Examples
     --------
@@ -93,10 +101,12 @@ def tv_l1(image: NDArray[Any], lam: float, neighborhood: Neighborhood = 4) -> ND
     >>> int(u[3, 2]), int(u[3, 6]), int(tv_l1(f, lam=1).max())
     (200, 0, 0)
     """
-    return solve(image, lam, neighborhood).u
+    return _minimise(image, lam, neighborhood, threads)[0]
 
 
-def solve(image: NDArray[Any], lam: float, neighborhood: Neighborhood = 4) -> Solution:
+def solve(
+    image: NDArray[Any], lam: float, neighborhood: Neighborhood = 4, *, threads: int | None = None
+) -> Solution:
     """Minimise as `tv_l1` does and return the flow as well.
 
     Examples
@@ -106,106 +116,102 @@ def solve(image: NDArray[Any], lam: float, neighborhood: Neighborhood = 4) -> So
     >>> solve(f, lam=0.8).flow.shape
     (2, 5, 5)
     """
+    u, graph, levels = _minimise(image, lam, neighborhood, threads, feasible=True)
+    return Solution(u, graph.flow(levels, Grid.of(neighborhood)))
+
+
+def _minimise(
+    image: NDArray[Any],
+    lam: float,
+    neighborhood: Neighborhood,
+    threads: int | None,
+    *,
+    feasible: bool = False,
+) -> tuple[NDArray[Any], Graph, Ints]:
+    """Return u, its graph, and its ranks. If `feasible`, the flow keeps to λ at every pixel."""
     check_plane(image)
     grid = Grid.of(neighborhood)
     fidelity = grid.fidelity(lam)
-    values, ranks = np.unique(image, return_inverse=True)
-    height, width = image.shape
-    # Steps reach two pixels at most. The right margin of a row serves the next row as its left one.
-    margin = max(abs(step) for pair in grid.steps for step in pair)
-    stride = width + margin
-    inside = np.zeros((height + 2 * margin, stride), np.bool_)
-    inside[margin:-margin, :width] = True
+    threads = max(1, min(check_threads(threads), image.size // _LEAST_BAND, len(image) // 8))
+    rows = split(len(image), threads)
+    values, ranks, shares = _ranks(image)
+    with pool(threads) as run:
+        flow = nearly_maximal_flow(shares[ranks], fidelity / UNIT, grid, rows, run)
+        graph = Graph.of_flow(flow, grid)
+        del flow
+        bands = [graph.band(pair) for pair in rows]
+        f, low = np.full_like(graph.excess, -1), np.zeros_like(graph.excess)
+        graph.pixels(f)[:] = ranks
+        half = 1 << (len(values) - 1).bit_length() >> 1
+        graph.pixels(graph.excess)[:] += np.where(ranks >= half, np.int32(fidelity), np.int32(-fidelity))
+        del ranks
+        while half > 0:
+            cut(graph, bands, run)
+            run(partial(_halve, graph, f, low, half, fidelity), bands)
+            half //= 2
+        if feasible:
+            _ask_for_feasibility(graph.excess, f, low, len(values) - 1, fidelity)
+            cut(graph, bands, run)
+    levels = graph.pixels(low)
+    return values[levels], graph, levels
 
-    offset = np.array([s * (dy * stride + dx) for dy, dx in grid.steps for s in (1, -1)], np.int64)
-    residual = _full_capacities(inside.ravel(), offset, np.repeat(np.array(grid.weights, np.int32), 2))
-    f, low, high = (np.zeros(inside.size, np.int32) for _ in range(3))
-    f[inside.ravel()] = ranks.ravel()
-    high[inside.ravel()] = len(values) - 1
-    outflow = np.zeros(inside.size, np.int32)
-    excess = np.empty(inside.size, np.int32)
-    carry = np.empty(inside.size, np.int32)
-    while _open_round(f, low, high, outflow, fidelity, excess):
-        settle_chains(residual, excess, offset, carry)
-        side = cut(residual, excess, offset)
-        _close_round(side, f, low, high, outflow, fidelity, excess, residual, offset)
 
-    u = values[low.reshape(inside.shape)[margin:-margin, :width]]
-    return Solution(u, _read_flow(residual, offset, low, inside.shape, margin, grid))
-
-
-def _read_flow(
-    residual: NDArray[np.int32],
-    offset: NDArray[np.int64],
-    low: NDArray[np.int32],
-    padded: tuple[int, ...],
-    margin: int,
-    grid: Grid,
-) -> NDArray[np.int32]:
-    height, width = padded[0] - 2 * margin, padded[1] - margin
-    ranks = low.reshape(padded)[margin:-margin, :width]
-    flow = np.zeros((len(grid.steps), height, width), np.int32)
-    left = residual.reshape(*padded, len(offset))[margin:-margin, :width]
-    for k, (step, weight) in enumerate(zip(grid.steps, grid.weights, strict=True)):
-        here, there = paired((height, width), step)
-        sent = (left[there][..., 2 * k + 1] - left[here][..., 2 * k]) // 2
-        # Arcs across a level line were saturated downhill, then closed.
-        flow[k][here] = np.where(
-            ranks[here] == ranks[there], sent, weight * np.sign(ranks[here] - ranks[there])
-        )
-    return flow
+def _ranks(image: NDArray[Any]) -> tuple[NDArray[Any], Ints, NDArray[np.float32]]:
+    """Return the values that occur, each pixel's rank among them, and the share of pixels below each."""
+    if image.dtype.kind in "ui" and image.dtype.itemsize <= 2:
+        # Counting beats sorting where values are few.
+        lowest = int(image.min())
+        codes = image.astype(np.int32) - lowest
+        counts = np.bincount(codes.ravel())
+        present = counts > 0
+        ranks = (np.cumsum(present, dtype=np.int32) - 1)[codes]
+        values, counts = (np.flatnonzero(present) + lowest).astype(image.dtype), counts[present]
+    else:
+        values, inverse, counts = np.unique(image, return_inverse=True, return_counts=True)
+        ranks = inverse.reshape(image.shape).astype(np.int32)
+    shares = (np.cumsum(counts) - counts / 2) / image.size
+    return values, ranks, shares.astype(np.float32)
 
 
 @njit(cache=True, nogil=True)
-def _full_capacities(inside: NDArray[np.bool_], offset: Steps, weights: Ints) -> Ints:
-    residual = np.zeros((inside.size, offset.size), np.int32)
-    for p in range(inside.size):
-        if inside[p]:
-            for k in range(offset.size):
-                if inside[p + offset[k]]:
-                    residual[p, k] = weights[k]
-    return residual
+def _halve(graph: Graph, f: Ints, low: Ints, half: int, fidelity: int, band: tuple[int, int]) -> None:
+    """Close the arcs that the cut crosses, halve every pixel's range by it, and turn to the next thresholds.
 
-
-@njit(cache=True, nogil=True)
-def _open_round(f: Ints, low: Ints, high: Ints, outflow: Ints, fidelity: int, excess: Ints) -> bool:
-    """Set every pixel's excess for the middle of its range; return whether any range is still open.
-
-    A pixel at or above the threshold gets λ from the source, one below owes λ to the sink, less what its
-    flows of earlier rounds already carry. A pixel whose range is closed takes no part.
+    A pixel at or above the threshold gets λ from the source, one below owes λ to the sink. Across the cut the
+    source side sends all it can; what could flow back must not, from now on.
     """
-    any_open = False
-    for p in range(f.size):
-        excess[p] = 0
-        if low[p] < high[p]:
-            any_open = True
-            above = f[p] >= (low[p] + high[p] + 1) // 2
-            excess[p] = (fidelity if above else -fidelity) - outflow[p]
-    return any_open
+    reached = graph.reached
+    start, stop = band
+    for k in range(graph.offset.size):
+        q = start + graph.offset[k]
+        _close_crossed(graph.residual[k, start:stop], reached[start:stop], reached[q : q + stop - start])
+    _raise_low(graph.excess[start:stop], reached[start:stop], f[start:stop], low[start:stop], half, fidelity)
 
 
 @njit(cache=True, nogil=True)
-def _close_round(
-    side: NDArray[np.bool_],
-    f: Ints,
-    low: Ints,
-    high: Ints,
-    outflow: Ints,
-    fidelity: int,
-    excess: Ints,
-    residual: Ints,
-    offset: Steps,
-) -> None:
-    """Halve the ranges by the cut, keep account of the flows, and close the arcs that it crosses."""
+def _close_crossed(residual: Ints, side: Flags, other: Flags) -> None:
+    for x in range(residual.size):
+        residual[x] *= side[x] == other[x]
+
+
+@njit(cache=True, nogil=True)
+def _raise_low(excess: Ints, side: Flags, f: Ints, low: Ints, half: int, fidelity: int) -> None:
+    for x in range(f.size):
+        was_above = np.int32(f[x] >= low[x] + half)
+        low[x] += half * side[x]
+        is_above = np.int32(f[x] >= low[x] + half // 2)
+        excess[x] += 2 * fidelity * (is_above - was_above)
+
+
+@njit(cache=True, nogil=True)
+def _ask_for_feasibility(excess: Ints, f: Ints, low: Ints, last: int, fidelity: int) -> None:
+    """Set the thresholds below the least value and above the greatest.
+
+    They cut nothing off, but ask that no pixel sends or takes more than λ. Where u is neither value, the
+    other thresholds have seen to that.
+    """
     for p in range(f.size):
-        if low[p] < high[p]:
-            middle = (low[p] + high[p] + 1) // 2
-            outflow[p] = (fidelity if f[p] >= middle else -fidelity) - excess[p]
-            if side[p]:
-                low[p] = middle
-            else:
-                high[p] = middle - 1
-        for k in range(offset.size):
-            if residual[p, k] != 0 and side[p] != side[p + offset[k]]:
-                # The source side sends all it can; what could flow back must not, from now on.
-                residual[p, k] = 0
+        if low[p] == last:
+            excess[p] -= 2 * fidelity * (f[p] >= last)
+        elif low[p] > 0:
+            excess[p] = 0

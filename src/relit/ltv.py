@@ -15,9 +15,7 @@ References
 
 from __future__ import annotations
 
-import os
 import warnings
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +26,7 @@ from relit.grid import check_lam
 from relit.level_sets import tv_l1
 from relit.pixels import check_pixels, to_unit
 from relit.primal_dual import tv_l1_isotropic
+from relit.threads import available, pool
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -117,14 +116,18 @@ def decompose(
     lam_px = lam * FACE_SCALE / interocular_distance
     planes = [image] if image.ndim == 2 else list(np.moveaxis(image, -1, 0))
     # The solvers release the GIL, and every plane is solved alone: threads change nothing but the time.
-    with ThreadPoolExecutor(min(len(planes), os.cpu_count() or 1)) as pool:
-        split = list(pool.map(lambda plane: _large_scale(plane, lam_px, neighborhood), planes))
+    cores = available()
+    threads = max(1, cores // len(planes))
+    with pool(min(len(planes), cores)) as run:
+        split = run(lambda plane: _large_scale(plane, lam_px, neighborhood, threads), planes)
     u = split[0] if image.ndim == 2 else np.stack(split, axis=-1)
     v = np.maximum(to_unit(image), np.float32(DARKEST)) / u
     return Decomposition(u, np.asarray(v, np.float32), lam_px, neighborhood)
 
 
-def _large_scale(plane: NDArray[Any], lam: float, neighborhood: int | str) -> NDArray[np.float32]:
+def _large_scale(
+    plane: NDArray[Any], lam: float, neighborhood: int | str, threads: int
+) -> NDArray[np.float32]:
     if neighborhood == "isotropic":
         log = np.log(np.maximum(to_unit(plane), DARKEST))
         solution = tv_l1_isotropic(log, lam, tolerance=_GAP)
@@ -136,4 +139,5 @@ def _large_scale(plane: NDArray[Any], lam: float, neighborhood: int | str) -> ND
                 stacklevel=2,
             )
         return np.exp(solution.u).astype(np.float32)
-    return np.maximum(to_unit(tv_l1(plane, lam, neighborhood)), np.float32(DARKEST))  # type: ignore[arg-type]
+    u = tv_l1(plane, lam, neighborhood, threads=threads)  # type: ignore[arg-type]
+    return np.maximum(to_unit(u), np.float32(DARKEST))

@@ -1,30 +1,32 @@
-"""Exact minimum s-t cuts on a pixel grid, compiled by numba.
+"""Exact minimum s-t cuts of a pixel graph, compiled by numba.
 
-The graph is implicit. Nodes are the pixels of an image, row by row, inside a margin of pixels that carry no
-capacity, so that ``p + offset[k]`` is always a valid index and no loop asks where the image ends. Direction
-``k`` and its reverse are ``k`` and ``k ^ 1``.
+The state is a `Graph`, which may come with a flow already in it: the nearer that is to the maximum, the less
+there is to do. Three steps:
 
-=============  ============  ==========================================================================
-``residual``   (N, D) int32  what can still flow from pixel p to ``p + offset[k]``
-``excess``     (N,) int32    > 0: surplus, what the source can still send into p; < 0: debt, what p can
-                             still send to the sink
-``reached``    (N,) bool     whether p hangs on a search tree, so that the source reaches it
-``parent``     (N,) int8     direction of the parent in the tree, or ``ROOT``, ``ORPHAN`` or ``NONE``
-=============  ============  ==========================================================================
+1. `settle_chains` sends the maximum flow along every row, column and diagonal, which pays most debts where
+   they arise.
+2. `mark_reached` marks what surpluses reach, up to the first debts on the way and with them.
+3. `_pay_debts` works inside that only, with the search forest of Boykov and Kolmogorov [1]_ grown from one
+   side: trees hang from the debts that are reached and grow, against the arcs, until they meet a surplus; the
+   path is augmented; the arcs that this saturates cut branches off, whose roots, the orphans, look for a new
+   parent among their neighbours or leave the forest. Past a debt that is paid off, reach goes on.
 
-Two steps. `settle_chains` sends the maximum flow along every row, column and diagonal, which pays most debts
-where they arise. `cut` finishes with the search forest of Boykov and Kolmogorov [1]_, grown from the
-surpluses alone, since only what they reach is asked for: trees grow along unsaturated arcs until they meet a
-debt; the path is augmented; the arcs that this saturates cut branches off, whose roots, the orphans, look for
-a new parent among their neighbours or leave the tree. Invariants between two steps:
+Growing from the debts that are reached, and not from all surpluses, leaves the large regions alone in which
+all is paid. The forest's arrays are `parent`, the direction of a pixel's parent or ``ROOT``, ``ORPHAN`` or
+``NONE``; `depth`, how far from its root a pixel was at the time of `stamp`, by which orphans prefer short,
+proven ways; and `link`, the queue of active pixels. Invariants between two steps:
 
-- a tree's arcs are unsaturated, from root to leaf, and its root has a surplus;
-- a reached pixel with an unsaturated arc to a pixel that is not reached is on the queue of active pixels;
-- ``residual[p, k] + residual[q, k ^ 1]``, and every pixel's ``excess`` plus the sum of its flows out, stay as
-  they were given, and no excess ever changes its sign.
+- ``residual[k, p] + residual[k ^ 1, q]``, and every pixel's `excess` plus the sum of its flows out, stay as
+  they were given, and no excess ever changes its sign;
+- a pixel that is reached and not in debt has no open arc to what is not reached, so that a path from a
+  surplus to the first debt lies in what is reached;
+- a tree's arcs are open, from leaf to root, and its root is in debt;
+- a pixel of the forest with an open arc to it from one that is reached, but not in the forest, is on the
+  queue.
 
-When no active pixel is left the flow is maximal, and what is reached is the smallest source side of all
-minimum cuts.
+When no surplus reaches a debt the flow is maximal, and what is reached is the smallest source side of all
+minimum cuts, whatever the flow: the only one that does not depend on the order of the steps. So bands of rows
+are worked on first, each for itself and at the same time, and then joined.
 
 References
 ----------
@@ -34,109 +36,103 @@ References
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Ints = NDArray[np.int32]
-Steps = NDArray[np.int64]
-Flags = NDArray[np.bool_]
-Directions = NDArray[np.int8]
+from relit.graph import Graph, Ints
+from relit.sweeps import any_in_debt, flood, mark_reached, settle_chains
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from relit.threads import Run
 
 _NONE, _ROOT, _ORPHAN = -1, -2, -3
 _IDLE, _LAST = -1, -2  # in the queue's links: not queued; queued with nobody behind
 _FAR = 2**31 - 1
 
 
-@njit(cache=True, nogil=True)
-def settle_chains(residual: Ints, excess: Ints, offset: Steps, carry: Ints) -> None:
-    """Send the maximum flow along every straight chain of pixels, one direction after the other.
-
-    Forward, `carry` becomes what could cross the arc from p: > 0 of the surplus behind it, < 0 for the debts
-    behind it. Backward, every pixel gets what it lacks or gives what it has too much, as far as that allows.
+def cut(graph: Graph, bands: Sequence[tuple[int, int]], run: Run) -> None:
+    """Send a maximum flow; leave the smallest source side of the minimum cuts in ``graph.reached``.
 
     Parameters
     ----------
-    residual, excess, offset
-        As for `cut`; the first two are updated in place.
-    carry : (N,) int32 array
-        Scratch space.
+    graph : Graph
+        `residual` and `excess` are updated in place.
+    bands : sequence of (int, int)
+        Bands that cover the image, from top to bottom.
+    run : Run
+        Works on the bands.
     """
-    size = excess.size
-    for k in range(0, offset.size, 2):
-        step = offset[k]
-        carry[:step] = 0
-        for p in range(step, size - step):
-            have = excess[p] + carry[p - step]
-            carry[p] = min(max(have, -residual[p + step, k + 1]), residual[p, k])
-        for p in range(size - step - 1, step - 1, -1):
-            crossing = carry[p - step]
-            flow = min(max(-excess[p], min(crossing, 0)), max(crossing, 0))
-            if flow != 0:
-                q = p - step
-                excess[p] += flow
-                excess[q] -= flow
-                residual[q, k] -= flow
-                residual[p, k + 1] += flow
+    whole = bands[0][0], bands[-1][1]
+
+    def settle(band: tuple[int, int]) -> None:
+        settle_chains(graph, *band)
+        if mark_reached(graph, *band):
+            _pay_debts(graph, *band)
+
+    run(settle, bands)
+    while True:
+        in_debt = any(run(lambda band: mark_reached(graph, *band), bands))
+        for _, border in bands[:-1]:
+            in_debt |= _join(graph, *whole, border)
+        if not in_debt:
+            return
+        _pay_debts(graph, *whole)
 
 
 @njit(cache=True, nogil=True)
-def cut(residual: Ints, excess: Ints, offset: Steps) -> Flags:
-    """Send a maximum flow and return the minimum cut.
+def _join(graph: Graph, start: int, stop: int, border: int) -> bool:
+    """Let what is reached on one side of a border between two bands reach across it."""
+    reached, offset = graph.reached, graph.offset
+    rows = graph.drop.max()
+    in_debt = False
+    for p in range(max(border - rows, start), min(border + rows, stop)):
+        open_ = reached[p] and graph.excess[p] >= 0
+        for k in range(offset.size):
+            q = p + offset[k]
+            if open_ and graph.residual[k, p] > 0 and not reached[q] and start <= q < stop:
+                reached[q] = 1
+                in_debt |= flood(graph, start, stop, q)
+    return in_debt
 
-    Parameters
-    ----------
-    residual : (N, D) int32 array
-        Residual capacities; updated in place. Arcs into the margin must be 0.
-    excess : (N,) int32 array
-        Surpluses and debts; updated in place.
-    offset : (D,) int64 array
-        Index step of each direction; ``offset[k ^ 1] == -offset[k]``, and even k step forward.
 
-    Returns
-    -------
-    (N,) bool array
-        The pixels that the source still reaches.
-    """
-    size = excess.size
-    reached = excess > 0
-    parent = np.full(size, _NONE, np.int8)
-    # How far from its root a pixel was at the time of `stamp`: lets orphans prefer short, proven parents.
-    depth = np.zeros(size, np.int32)
-    stamp = np.zeros(size, np.int32)
-    link = np.full(size, _IDLE, np.int32)
+@njit(cache=True, nogil=True)
+def _pay_debts(graph: Graph, start: int, stop: int) -> None:
+    """Pay the debts that are reached inside a band until none is reached from a surplus there."""
+    excess, reached = graph.excess, graph.reached
+    parent, depth, stamp, link = graph.parent, graph.depth, graph.stamp, graph.link
+    parent[start:stop] = _NONE
+    stamp[start:stop] = 0
+    link[start:stop] = _IDLE
     queue = np.full(2, _LAST, np.int32)  # first and last active pixel
-    for p in range(size):
-        if reached[p]:
-            parent[p] = _ROOT
-            depth[p] = 1
-            for k in range(offset.size):
-                if residual[p, k] > 0 and not reached[p + offset[k]]:
+    for first in range(start, stop, graph.stride):
+        last = first + graph.width
+        if any_in_debt(reached[first:last], excess[first:last]):
+            for p in range(first, last):
+                if reached[p] and excess[p] < 0:
+                    parent[p] = _ROOT
+                    depth[p] = 1
                     _activate(p, link, queue)
-                    break
 
     orphans = np.empty(1024, np.int32)
     time = 0
     while queue[0] != _LAST:
         p = queue[0]
-        k = (
-            _grow(p, residual, excess, offset, reached, parent, depth, stamp, link, queue)
-            if reached[p]
-            else _NONE
-        )
+        k = _grow(graph, start, stop, p, queue) if parent[p] != _NONE else _NONE
         if k == _NONE:
             queue[0] = link[p]
             link[p] = _IDLE
         else:
             time += 1
-            orphans, count = _augment(p, k, residual, excess, offset, parent, orphans)
-            orphans = _adopt(
-                orphans, count, time, residual, offset, reached, parent, depth, stamp, link, queue
-            )
-    return reached
+            orphans, count = _augment(graph, start, stop, p, k, orphans, queue)
+            orphans = _adopt(graph, start, stop, time, orphans, count, queue)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _activate(p: int, link: Ints, queue: Ints) -> None:
     if link[p] == _IDLE:
         link[p] = _LAST
@@ -147,32 +143,21 @@ def _activate(p: int, link: Ints, queue: Ints) -> None:
         queue[1] = p
 
 
-@njit(cache=True, nogil=True)
-def _grow(
-    p: int,
-    residual: Ints,
-    excess: Ints,
-    offset: Steps,
-    reached: Flags,
-    parent: Directions,
-    depth: Ints,
-    stamp: Ints,
-    link: Ints,
-    queue: Ints,
-) -> int:
-    """Let the tree take the neighbours of `p`; return the direction of one in debt, or ``NONE``."""
-    for k in range(offset.size):
-        if residual[p, k] == 0:
+@njit(cache=True, nogil=True, inline="always")
+def _grow(graph: Graph, start: int, stop: int, p: int, queue: Ints) -> int:
+    """Let the tree take the neighbours of `p`; return the direction of one with a surplus, or ``NONE``."""
+    parent, depth, stamp = graph.parent, graph.depth, graph.stamp
+    for k in range(graph.offset.size):
+        q = p + graph.offset[k]
+        if graph.residual[k ^ 1, q] == 0 or not graph.reached[q] or not start <= q < stop:
             continue
-        q = p + offset[k]
-        if not reached[q]:
-            if excess[q] < 0:
+        if parent[q] == _NONE:
+            if graph.excess[q] > 0:
                 return k
-            reached[q] = True
             parent[q] = k ^ 1
             depth[q] = depth[p] + 1
             stamp[q] = stamp[p]
-            _activate(q, link, queue)
+            _activate(q, graph.link, queue)
         elif stamp[q] <= stamp[p] and depth[q] > depth[p] + 1 and parent[q] >= 0:
             # A shorter way to a root through p: short trees make short paths.
             parent[q] = k ^ 1
@@ -181,41 +166,69 @@ def _grow(
     return _NONE
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def _augment(
-    p: int, k: int, residual: Ints, excess: Ints, offset: Steps, parent: Directions, orphans: Ints
+    graph: Graph, start: int, stop: int, p: int, k: int, orphans: Ints, queue: Ints
 ) -> tuple[Ints, int]:
-    """Send what fits from the root of `p` to its neighbour; return the orphans and their number."""
-    debtor = p + offset[k]
-    flow = min(residual[p, k], -excess[debtor])
+    """Send what fits from the neighbour of `p` to the root; return the orphans and their number."""
+    residual, excess, parent, offset = graph.residual, graph.excess, graph.parent, graph.offset
+    payer = p + offset[k]
+    flow = min(residual[k ^ 1, payer], excess[payer])
     i = p
     while parent[i] != _ROOT:
-        up = parent[i]
-        i += offset[up]
-        flow = min(flow, residual[i, up ^ 1])
-    flow = min(flow, excess[i])
+        flow = min(flow, residual[parent[i], i])
+        i += offset[parent[i]]
+    flow = min(flow, -excess[i])
 
-    excess[debtor] += flow
-    residual[p, k] -= flow
-    residual[debtor, k ^ 1] += flow
+    excess[payer] -= flow
+    residual[k ^ 1, payer] -= flow
+    residual[k, p] += flow
     count = 0
     i = p
     while parent[i] != _ROOT:
         up = parent[i]
-        above = i + offset[up]
-        residual[i, up] += flow
-        residual[above, up ^ 1] -= flow
-        if residual[above, up ^ 1] == 0:
-            orphans, count = _orphan(i, parent, orphans, count)
-        i = above
-    excess[i] -= flow
+        below = i
+        i += offset[up]
+        residual[up, below] -= flow
+        residual[up ^ 1, i] += flow
+        if residual[up, below] == 0:
+            orphans, count = _orphan(below, parent, orphans, count)
+    excess[i] += flow
     if excess[i] == 0:
         orphans, count = _orphan(i, parent, orphans, count)
+        _pass_through(graph, start, stop, i, queue)
     return orphans, count
 
 
 @njit(cache=True, nogil=True)
-def _orphan(i: int, parent: Directions, orphans: Ints, count: int) -> tuple[Ints, int]:
+def _pass_through(graph: Graph, start: int, stop: int, p: int, queue: Ints) -> None:
+    """Let reach go on beyond a debt that is paid off; the debts where it ends next become roots."""
+    residual, reached, parent, offset = graph.residual, graph.reached, graph.parent, graph.offset
+    stack = graph.carry[start:stop]
+    stack[0] = p
+    count = 1
+    while count > 0:
+        count -= 1
+        i = stack[count]
+        for k in range(offset.size):
+            q = i + offset[k]
+            if residual[k, i] == 0 or not start <= q < stop:
+                continue
+            if not reached[q]:
+                reached[q] = 1
+                if graph.excess[q] < 0:
+                    parent[q] = _ROOT
+                    graph.depth[q] = 1
+                    _activate(q, graph.link, queue)
+                else:
+                    stack[count] = q
+                    count += 1
+            elif parent[q] != _NONE:
+                _activate(q, graph.link, queue)  # which may now grow into pixel i
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _orphan(i: int, parent: NDArray[np.int8], orphans: Ints, count: int) -> tuple[Ints, int]:
     if count == orphans.size:
         orphans = np.concatenate((orphans, np.empty_like(orphans)))
     parent[i] = _ORPHAN
@@ -223,21 +236,10 @@ def _orphan(i: int, parent: Directions, orphans: Ints, count: int) -> tuple[Ints
     return orphans, count + 1
 
 
-@njit(cache=True, nogil=True)
-def _adopt(
-    orphans: Ints,
-    count: int,
-    time: int,
-    residual: Ints,
-    offset: Steps,
-    reached: Flags,
-    parent: Directions,
-    depth: Ints,
-    stamp: Ints,
-    link: Ints,
-    queue: Ints,
-) -> Ints:
+@njit(cache=True, nogil=True, inline="always")
+def _adopt(graph: Graph, start: int, stop: int, time: int, orphans: Ints, count: int, queue: Ints) -> Ints:
     """Find every orphan the parent nearest to a root, or drop it; return their list, which may grow."""
+    residual, parent, offset = graph.residual, graph.parent, graph.offset
     head = 0
     while head < count:
         p = orphans[head]
@@ -245,29 +247,29 @@ def _adopt(
         nearest, choice = _FAR, _NONE
         for k in range(offset.size):
             q = p + offset[k]
-            if residual[q, k ^ 1] > 0 and reached[q]:
-                distance = _distance_to_root(q, time, offset, parent, depth, stamp)
+            if residual[k, p] > 0 and start <= q < stop and parent[q] != _NONE:
+                distance = _distance_to_root(graph, q, time)
                 if distance < nearest:
                     nearest, choice = distance, k
         parent[p] = choice
         if choice != _NONE:
-            depth[p] = nearest + 1
-            stamp[p] = time
+            graph.depth[p] = nearest + 1
+            graph.stamp[p] = time
             continue
-        reached[p] = False
         for k in range(offset.size):
             q = p + offset[k]
-            if reached[q]:
-                if residual[q, k ^ 1] > 0:
-                    _activate(q, link, queue)
+            if start <= q < stop and parent[q] != _NONE:
+                if residual[k, p] > 0:
+                    _activate(q, graph.link, queue)
                 if parent[q] == k ^ 1:
                     orphans, count = _orphan(q, parent, orphans, count)
     return orphans
 
 
-@njit(cache=True, nogil=True)
-def _distance_to_root(p: int, time: int, offset: Steps, parent: Directions, depth: Ints, stamp: Ints) -> int:
+@njit(cache=True, nogil=True, inline="always")
+def _distance_to_root(graph: Graph, p: int, time: int) -> int:
     """Return the length of the way from `p` to its root; ``_FAR`` if it ends at an orphan."""
+    parent, depth, stamp, offset = graph.parent, graph.depth, graph.stamp, graph.offset
     steps, i = 0, p
     while stamp[i] != time:
         steps += 1
