@@ -17,7 +17,7 @@ SOURCE = Path(relit.__file__).parent
 LAYERS = [
     {"errors"},
     {"files", "pixels", "color", "landmarks", "grid", "threads"},
-    {"options", "graph", "rbf"},
+    {"options", "graph", "rbf", "saddle_point"},
     {"_photo", "profile", "_landmark_lines", "face_models", "sweeps", "warm_start"},
     {"image", "_landmark_trees", "mincut"},
     {"landmark_files", "detect", "level_sets", "primal_dual"},

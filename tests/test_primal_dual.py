@@ -8,6 +8,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.optimize import linprog
 from skimage import data
 
+from relit import primal_dual
 from relit.errors import ImageError, OptionError
 from relit.primal_dual import tv_l1_isotropic
 
@@ -66,6 +67,20 @@ def test_discs_vanish_at_two_over_their_radius(radius):
     disc = (x**2 + y**2 <= radius**2).astype(float)
     assert tv_l1_isotropic(disc, 0.9 * 2 / radius).u[40, 40] < 0.02
     assert tv_l1_isotropic(disc, 1.15 * 2 / radius).u[40, 40] > 0.98
+
+
+def test_gaps_beyond_single_precision_are_reached():
+    for f, lam in ((np.array([[0.0, 1.0]]), 0.05), (data.astronaut()[100:112, 200:212, 0] / 255, 1.5)):
+        assert tv_l1_isotropic(f, lam, tolerance=1e-9).gap <= 1e-9
+
+
+def test_threads_change_nothing(monkeypatch):
+    f = data.astronaut()[60:160, 190:254, 1]
+    alone = tv_l1_isotropic(f, 0.2, threads=1)
+    monkeypatch.setattr(primal_dual, "_LEAST_BAND", 1)
+    shared = tv_l1_isotropic(f, 0.2, threads=3)
+    np.testing.assert_array_equal(shared.u, alone.u)
+    assert (shared.energy, shared.bound) == (alone.energy, alone.bound)
 
 
 def test_intensity_scale_does_not_matter():

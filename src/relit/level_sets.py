@@ -33,7 +33,7 @@ from numba import njit
 
 from relit.graph import Flags, Graph, Ints
 from relit.grid import UNIT, Grid, Neighborhood, check_plane
-from relit.mincut import cut
+from relit.mincut import Events, cut
 from relit.threads import check_threads, pool, split
 from relit.warm_start import nearly_maximal_flow
 
@@ -54,10 +54,13 @@ class Solution:
     flow : (D/2, H, W) int32 array
         Flow from each pixel along each of the grid's steps, in `UNIT`: the dual solution of all thresholds
         at once. 0 where a step leaves the image.
+    events : Events
+        How much searching it took.
     """
 
     u: NDArray[Any]
     flow: NDArray[np.int32]
+    events: Events
 
 
 def tv_l1(
@@ -116,8 +119,8 @@ def solve(
     >>> solve(f, lam=0.8).flow.shape
     (2, 5, 5)
     """
-    u, graph, levels = _minimise(image, lam, neighborhood, threads, feasible=True)
-    return Solution(u, graph.flow(levels, Grid.of(neighborhood)))
+    u, graph, levels, events = _minimise(image, lam, neighborhood, threads, feasible=True)
+    return Solution(u, graph.flow(levels, Grid.of(neighborhood)), events)
 
 
 def _minimise(
@@ -127,13 +130,14 @@ def _minimise(
     threads: int | None,
     *,
     feasible: bool = False,
-) -> tuple[NDArray[Any], Graph, Ints]:
-    """Return u, its graph, and its ranks. If `feasible`, the flow keeps to λ at every pixel."""
+) -> tuple[NDArray[Any], Graph, Ints, Events]:
+    """Return u, its graph, its ranks, and the events. If `feasible`, the flow keeps to λ at every pixel."""
     check_plane(image)
     grid = Grid.of(neighborhood)
     fidelity = grid.fidelity(lam)
     threads = max(1, min(check_threads(threads), image.size // _LEAST_BAND, len(image) // 8))
     rows = split(len(image), threads)
+    events = Events()
     values, ranks, shares = _ranks(image)
     with pool(threads) as run:
         flow = nearly_maximal_flow(shares[ranks], fidelity / UNIT, grid, rows, run)
@@ -146,14 +150,14 @@ def _minimise(
         graph.pixels(graph.excess)[:] += np.where(ranks >= half, np.int32(fidelity), np.int32(-fidelity))
         del ranks
         while half > 0:
-            cut(graph, bands, run)
+            events = events.plus([cut(graph, bands, run)])
             run(partial(_halve, graph, f, low, half, fidelity), bands)
             half //= 2
         if feasible:
             _ask_for_feasibility(graph.excess, f, low, len(values) - 1, fidelity)
-            cut(graph, bands, run)
+            events = events.plus([cut(graph, bands, run)])
     levels = graph.pixels(low)
-    return values[levels], graph, levels
+    return values[levels], graph, levels, events
 
 
 def _ranks(image: NDArray[Any]) -> tuple[NDArray[Any], Ints, NDArray[np.float32]]:

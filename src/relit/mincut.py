@@ -36,8 +36,8 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -46,8 +46,6 @@ from relit.graph import Graph, Ints
 from relit.sweeps import any_in_debt, flood, mark_reached, settle_chains
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from relit.threads import Run
 
 _NONE, _ROOT, _ORPHAN = -1, -2, -3
@@ -55,7 +53,25 @@ _IDLE, _LAST = -1, -2  # in the queue's links: not queued; queued with nobody be
 _FAR = 2**31 - 1
 
 
-def cut(graph: Graph, bands: Sequence[tuple[int, int]], run: Run) -> None:
+class Events(NamedTuple):
+    """What a search forest was made of: the work of an exact solver, whatever the clock says.
+
+    Attributes
+    ----------
+    growths, augmentations, adoptions : int
+        Pixels that a tree took, paths that flow was sent along, and orphans that looked for a parent.
+    """
+
+    growths: int = 0
+    augmentations: int = 0
+    adoptions: int = 0
+
+    def plus(self, others: Iterable[Sequence[int]]) -> Events:
+        """Return the sum of these and other counts."""
+        return Events(*(sum(counts) for counts in zip(self, *others, strict=True)))
+
+
+def cut(graph: Graph, bands: Sequence[tuple[int, int]], run: Run) -> Events:
     """Send a maximum flow; leave the smallest source side of the minimum cuts in ``graph.reached``.
 
     Parameters
@@ -66,22 +82,26 @@ def cut(graph: Graph, bands: Sequence[tuple[int, int]], run: Run) -> None:
         Bands that cover the image, from top to bottom.
     run : Run
         Works on the bands.
+
+    Returns
+    -------
+    Events
+        How many there were.
     """
     whole = bands[0][0], bands[-1][1]
 
-    def settle(band: tuple[int, int]) -> None:
+    def settle(band: tuple[int, int]) -> Sequence[int]:
         settle_chains(graph, *band)
-        if mark_reached(graph, *band):
-            _pay_debts(graph, *band)
+        return _pay_debts(graph, *band) if mark_reached(graph, *band) else Events()
 
-    run(settle, bands)
+    events = Events().plus(run(settle, bands))
     while True:
         in_debt = any(run(lambda band: mark_reached(graph, *band), bands))
         for _, border in bands[:-1]:
             in_debt |= _join(graph, *whole, border)
         if not in_debt:
-            return
-        _pay_debts(graph, *whole)
+            return events
+        events = events.plus([_pay_debts(graph, *whole)])
 
 
 @njit(cache=True, nogil=True)
@@ -101,35 +121,42 @@ def _join(graph: Graph, start: int, stop: int, border: int) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def _pay_debts(graph: Graph, start: int, stop: int) -> None:
-    """Pay the debts that are reached inside a band until none is reached from a surplus there."""
+def _pay_debts(graph: Graph, start: int, stop: int) -> tuple[int, int, int]:
+    """Pay the debts that are reached inside a band until none is reached from a surplus; count the events."""
     excess, reached = graph.excess, graph.reached
     parent, depth, stamp, link = graph.parent, graph.depth, graph.stamp, graph.link
     parent[start:stop] = _NONE
     stamp[start:stop] = 0
     link[start:stop] = _IDLE
-    queue = np.full(2, _LAST, np.int32)  # first and last active pixel
+    queue = np.empty(2, np.int32)  # first and last active pixel
+    queue[0] = _LAST
     for first in range(start, stop, graph.stride):
         last = first + graph.width
-        if any_in_debt(reached[first:last], excess[first:last]):
+        if any_in_debt(excess, reached, np.uintp(first), np.uintp(graph.width)):
             for p in range(first, last):
                 if reached[p] and excess[p] < 0:
                     parent[p] = _ROOT
                     depth[p] = 1
                     _activate(p, link, queue)
 
-    orphans = np.empty(1024, np.int32)
-    time = 0
+    scratch = graph.carry[start:stop]
+    time = growths = adoptions = 0
     while queue[0] != _LAST:
         p = queue[0]
-        k = _grow(graph, start, stop, p, queue) if parent[p] != _NONE else _NONE
+        k = _NONE
+        if parent[p] != _NONE:
+            k, grown = _grow(graph, start, stop, p, queue)
+            growths += grown
         if k == _NONE:
             queue[0] = link[p]
             link[p] = _IDLE
         else:
             time += 1
-            orphans, count = _augment(graph, start, stop, p, k, orphans, queue)
-            orphans = _adopt(graph, start, stop, time, orphans, count, queue)
+            root, count = _augment(graph, p, k, scratch)
+            adoptions += _adopt(graph, start, stop, time, scratch, count, queue)
+            if excess[root] == 0:
+                _pass_through(graph, start, stop, root, scratch, queue)
+    return growths, time, adoptions
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -144,8 +171,9 @@ def _activate(p: int, link: Ints, queue: Ints) -> None:
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _grow(graph: Graph, start: int, stop: int, p: int, queue: Ints) -> int:
-    """Let the tree take the neighbours of `p`; return the direction of one with a surplus, or ``NONE``."""
+def _grow(graph: Graph, start: int, stop: int, p: int, queue: Ints) -> tuple[int, int]:
+    """Let the tree take neighbours of `p` up to one with a surplus; return its direction, and how many."""
+    grown = 0
     parent, depth, stamp = graph.parent, graph.depth, graph.stamp
     for k in range(graph.offset.size):
         q = p + graph.offset[k]
@@ -153,7 +181,8 @@ def _grow(graph: Graph, start: int, stop: int, p: int, queue: Ints) -> int:
             continue
         if parent[q] == _NONE:
             if graph.excess[q] > 0:
-                return k
+                return k, grown
+            grown += 1
             parent[q] = k ^ 1
             depth[q] = depth[p] + 1
             stamp[q] = stamp[p]
@@ -163,14 +192,12 @@ def _grow(graph: Graph, start: int, stop: int, p: int, queue: Ints) -> int:
             parent[q] = k ^ 1
             depth[q] = depth[p] + 1
             stamp[q] = stamp[p]
-    return _NONE
+    return _NONE, grown
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _augment(
-    graph: Graph, start: int, stop: int, p: int, k: int, orphans: Ints, queue: Ints
-) -> tuple[Ints, int]:
-    """Send what fits from the neighbour of `p` to the root; return the orphans and their number."""
+def _augment(graph: Graph, p: int, k: int, orphans: Ints) -> tuple[int, int]:
+    """Send what fits from the neighbour of `p` to the root; return the root and the number of orphans."""
     residual, excess, parent, offset = graph.residual, graph.excess, graph.parent, graph.offset
     payer = p + offset[k]
     flow = min(residual[k ^ 1, payer], excess[payer])
@@ -192,19 +219,21 @@ def _augment(
         residual[up, below] -= flow
         residual[up ^ 1, i] += flow
         if residual[up, below] == 0:
-            orphans, count = _orphan(below, parent, orphans, count)
+            parent[below] = _ORPHAN
+            orphans[count] = below
+            count += 1
     excess[i] += flow
     if excess[i] == 0:
-        orphans, count = _orphan(i, parent, orphans, count)
-        _pass_through(graph, start, stop, i, queue)
-    return orphans, count
+        parent[i] = _ORPHAN
+        orphans[count] = i
+        count += 1
+    return i, count
 
 
 @njit(cache=True, nogil=True)
-def _pass_through(graph: Graph, start: int, stop: int, p: int, queue: Ints) -> None:
+def _pass_through(graph: Graph, start: int, stop: int, p: int, stack: Ints, queue: Ints) -> None:
     """Let reach go on beyond a debt that is paid off; the debts where it ends next become roots."""
     residual, reached, parent, offset = graph.residual, graph.reached, graph.parent, graph.offset
-    stack = graph.carry[start:stop]
     stack[0] = p
     count = 1
     while count > 0:
@@ -228,22 +257,19 @@ def _pass_through(graph: Graph, start: int, stop: int, p: int, queue: Ints) -> N
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _orphan(i: int, parent: NDArray[np.int8], orphans: Ints, count: int) -> tuple[Ints, int]:
-    if count == orphans.size:
-        orphans = np.concatenate((orphans, np.empty_like(orphans)))
-    parent[i] = _ORPHAN
-    orphans[count] = i
-    return orphans, count + 1
+def _adopt(graph: Graph, start: int, stop: int, time: int, orphans: Ints, waiting: int, queue: Ints) -> int:
+    """Find every orphan the parent nearest to a root, or drop it; return how many there were.
 
-
-@njit(cache=True, nogil=True, inline="always")
-def _adopt(graph: Graph, start: int, stop: int, time: int, orphans: Ints, count: int, queue: Ints) -> Ints:
-    """Find every orphan the parent nearest to a root, or drop it; return their list, which may grow."""
+    The orphans are a ring, long enough as no pixel is in it twice.
+    """
     residual, parent, offset = graph.residual, graph.parent, graph.offset
-    head = 0
-    while head < count:
+    head, adoptions = 0, 0
+    tail = waiting
+    while waiting > 0:
         p = orphans[head]
-        head += 1
+        head = head + 1 if head + 1 < orphans.size else 0
+        waiting -= 1
+        adoptions += 1
         nearest, choice = _FAR, _NONE
         for k in range(offset.size):
             q = p + offset[k]
@@ -262,8 +288,11 @@ def _adopt(graph: Graph, start: int, stop: int, time: int, orphans: Ints, count:
                 if residual[k, p] > 0:
                     _activate(q, graph.link, queue)
                 if parent[q] == k ^ 1:
-                    orphans, count = _orphan(q, parent, orphans, count)
-    return orphans
+                    parent[q] = _ORPHAN
+                    orphans[tail] = q
+                    tail = tail + 1 if tail + 1 < orphans.size else 0
+                    waiting += 1
+    return adoptions
 
 
 @njit(cache=True, nogil=True, inline="always")

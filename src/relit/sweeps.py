@@ -1,7 +1,7 @@
 """What passes over the rows of a pixel graph do: send flow along straight chains, and mark what it reaches.
 
-These kernels read and write whole rows, so that they run at the speed of the memory. Where possible, an inner
-loop writes to one array alone, which is what compilers vectorise.
+The kernels run at the speed of the memory. Where possible, an inner loop writes to one array alone, and its
+indices are unsigned, so that they cannot wrap around: compilers then vectorise it.
 """
 
 from __future__ import annotations
@@ -10,6 +10,10 @@ import numpy as np
 from numba import njit
 
 from relit.graph import Flags, Graph, Ints
+
+Index = np.uintp
+
+_ONE = np.uintp(1)
 
 
 @njit(cache=True, nogil=True)
@@ -20,78 +24,81 @@ def settle_chains(graph: Graph, start: int, stop: int) -> None:
     behind it. Backward, every pixel gets what it lacks or gives what it has too much, as far as that allows.
     """
     residual, excess, carry = graph.residual, graph.excess, graph.carry
-    width, stride = graph.width, graph.stride
+    width, stride = np.uintp(graph.width), graph.stride
     for p in range(start, stop, stride):
-        end = p + width
-        carry[end : p + stride] = 0  # nothing comes out of the margin
-        _settle_row(excess[p:end], residual[0, p:end], residual[1, p:end], carry[p:end])
-    nothing = np.zeros(width, np.int32)
+        carry[p + graph.width : p + stride] = 0  # nothing comes out of the margin
+        _settle_row(residual, excess, carry, np.uintp(p), width)
+    nothing = np.zeros(graph.width, np.int32)
     for k in range(2, graph.offset.size, 2):
         step, drop = graph.offset[k], graph.drop[k]
         for p in range(start, stop - drop, stride):
-            end, behind, ahead = p + width, p - step, p + step
-            _carry_on(
-                carry[p:end],
-                carry[behind : behind + width] if p - drop >= start else nothing,
-                excess[p:end],
-                residual[k, p:end],
-                residual[k + 1, ahead : ahead + width],
-            )
+            there = np.uintp(p + step)
+            if p - drop >= start:
+                _carry_on(
+                    residual, excess, carry, np.uintp(k), np.uintp(p), there, carry, np.uintp(p - step), width
+                )
+            else:
+                _carry_on(
+                    residual, excess, carry, np.uintp(k), np.uintp(p), there, nothing, np.uintp(0), width
+                )
         for p in range(stop - stride, start + drop - 1, -stride):
-            end, behind = p + width, p - step
-            _settle_back(
-                carry[behind : behind + width],
-                excess[p:end],
-                excess[behind : behind + width],
-                residual[k, behind : behind + width],
-                residual[k + 1, p:end],
-            )
+            _settle_back(residual, excess, carry, np.uintp(k), np.uintp(p - step), np.uintp(p), width)
 
 
 @njit(cache=True, nogil=True)
-def _settle_row(excess: Ints, forward: Ints, backward: Ints, flow: Ints) -> None:
-    last = excess.size - 1
+def _settle_row(residual: Ints, excess: Ints, carry: Ints, first: Index, width: Index) -> None:
     crossing = np.int32(0)
-    for x in range(last):
-        crossing = min(max(excess[x] + crossing, -backward[x + 1]), forward[x])
-        flow[x] = crossing
-    have = excess[last]
-    for x in range(last, 0, -1):
-        sent = _share(have, flow[x - 1])
-        flow[x - 1] = sent
-        excess[x] = have + sent
-        have = excess[x - 1] - sent
-    excess[0] = have
-    _subtract(forward[:last], flow)
-    _add(backward[1:], flow)
+    for x in range(width - _ONE):
+        p = first + x
+        crossing = min(max(excess[p] + crossing, -residual[1, p + _ONE]), residual[0, p])
+        carry[p] = crossing
+    p = first + width - _ONE
+    have = excess[p]
+    while p > first:
+        q = p - _ONE
+        flow = _share(have, carry[q])
+        carry[q] = flow
+        excess[p] = have + flow
+        have = excess[q] - flow
+        p = q
+    excess[first] = have
+    for x in range(width - _ONE):
+        residual[0, first + x] -= carry[first + x]
+    for x in range(width - _ONE):
+        residual[1, first + x + _ONE] += carry[first + x]
 
 
 @njit(cache=True, nogil=True)
-def _carry_on(carry: Ints, behind: Ints, excess: Ints, forward: Ints, backward: Ints) -> None:
-    for x in range(carry.size):
-        carry[x] = min(max(excess[x] + behind[x], -backward[x]), forward[x])
+def _carry_on(
+    residual: Ints,
+    excess: Ints,
+    carry: Ints,
+    k: Index,
+    first: Index,
+    there: Index,
+    behind: Ints,
+    before: Index,
+    width: Index,
+) -> None:
+    for x in range(width):
+        have = excess[first + x] + behind[before + x]
+        carry[first + x] = min(max(have, -residual[k + _ONE, there + x]), residual[k, first + x])
 
 
 @njit(cache=True, nogil=True)
-def _settle_back(flow: Ints, excess: Ints, behind: Ints, forward: Ints, backward: Ints) -> None:
-    for x in range(excess.size):
-        flow[x] = _share(excess[x], flow[x])
-    _add(excess, flow)
-    _subtract(behind, flow)
-    _subtract(forward, flow)
-    _add(backward, flow)
-
-
-@njit(cache=True, nogil=True)
-def _add(to: Ints, flow: Ints) -> None:
-    for x in range(to.size):
-        to[x] += flow[x]
-
-
-@njit(cache=True, nogil=True)
-def _subtract(from_: Ints, flow: Ints) -> None:
-    for x in range(from_.size):
-        from_[x] -= flow[x]
+def _settle_back(
+    residual: Ints, excess: Ints, carry: Ints, k: Index, first: Index, there: Index, width: Index
+) -> None:
+    for x in range(width):
+        carry[first + x] = _share(excess[there + x], carry[first + x])
+    for x in range(width):
+        excess[there + x] += carry[first + x]
+    for x in range(width):
+        excess[first + x] -= carry[first + x]
+    for x in range(width):
+        residual[k, first + x] -= carry[first + x]
+    for x in range(width):
+        residual[k + _ONE, there + x] += carry[first + x]
 
 
 @njit(cache=True, nogil=True)
@@ -107,91 +114,104 @@ def mark_reached(graph: Graph, start: int, stop: int) -> bool:
     A sweep down and one up over the rows find most of it; what leaks from that is flooded pixel by pixel.
     """
     residual, excess, reached, offset = graph.residual, graph.excess, graph.reached, graph.offset
-    width, stride = graph.width, graph.stride
-    _mark_surplus(reached[start:stop], excess[start:stop])
-    gate = np.empty(width, np.uint8)
+    width, stride = np.uintp(graph.width), graph.stride
+    gate = np.empty(graph.width, np.uint8)
+    for p in range(start, stop):
+        reached[p] = np.uint8(excess[p] > 0)
     for p in range(start, stop, stride):
-        _sweep_row(graph, start, stop, p, 0, gate)
+        for k in range(2, offset.size, 2):
+            if start <= p - graph.drop[k]:
+                _spread(residual, excess, reached, np.uintp(k), np.uintp(p - offset[k]), np.uintp(p), width)
+        _spread_along(residual, excess, reached, np.uintp(p), width, gate)
     for p in range(stop - stride, start - 1, -stride):
-        _sweep_row(graph, start, stop, p, 1, gate)
+        new = False
+        for k in range(3, offset.size, 2):
+            if p - graph.drop[k] < stop:
+                new |= _spread(
+                    residual, excess, reached, np.uintp(k), np.uintp(p - offset[k]), np.uintp(p), width
+                )
+        if new:
+            _spread_along(residual, excess, reached, np.uintp(p), width, gate)
     in_debt = False
     for p in range(start, stop, stride):
-        end = p + width
-        gate[:] = 0
-        leaks = False
-        for k in range(offset.size):
-            if start <= p + graph.drop[k] < stop:
-                q = p + offset[k]
-                leaks |= _leaks(
-                    reached[p:end], excess[p:end], reached[q : q + width], residual[k, p:end], gate
-                )
-        if leaks:
-            for x in range(width):
-                if gate[x]:
-                    flood(graph, start, stop, p + x)
+        for k in range(2, offset.size, 2):  # the last sweep closed the other directions
+            if p + graph.drop[k] >= stop:
+                continue
+            if _leaks(
+                residual, excess, reached, np.uintp(k), np.uintp(p), np.uintp(p + offset[k]), width, gate
+            ):
+                for x in range(graph.width):
+                    if gate[x]:
+                        flood(graph, start, stop, p + x)
     for p in range(start, stop, stride):
-        in_debt |= any_in_debt(reached[p : p + width], excess[p : p + width])
+        in_debt |= any_in_debt(excess, reached, np.uintp(p), width)
     return in_debt
 
 
 @njit(cache=True, nogil=True)
-def _mark_surplus(reached: Flags, excess: Ints) -> None:
-    for x in range(reached.size):
-        reached[x] = np.uint8(excess[x] > 0)
+def _spread(
+    residual: Ints, excess: Ints, reached: Flags, k: Index, source: Index, target: Index, width: Index
+) -> bool:
+    """Mark what in a row is reached from another; return whether any is new."""
+    new = np.uint8(0)
+    for x in range(width):
+        p, q = source + x, target + x
+        passes = reached[p] & np.uint8(excess[p] >= 0) & np.uint8(residual[k, p] > 0)
+        new |= passes & ~reached[q]
+        reached[q] |= passes
+    return bool(new)
 
 
 @njit(cache=True, nogil=True)
-def _sweep_row(graph: Graph, start: int, stop: int, p: int, back: int, gate: Flags) -> None:
-    """Mark what in a row is reached from the rows above (below, if `back`), then from the row itself."""
-    reached, excess, residual, width = graph.reached, graph.excess, graph.residual, graph.width
-    row = reached[p : p + width]
-    for k in range(2 + back, graph.offset.size, 2):
-        q = p - graph.offset[k]
-        if start <= p - graph.drop[k] < stop:
-            end = q + width
-            _spread(row, reached[q:end], excess[q:end], residual[k, q:end])
-    end = p + width
-    _spread_along(row, excess[p:end], residual[0, p:end], residual[1, p:end], gate)
-
-
-@njit(cache=True, nogil=True)
-def _spread(row: Flags, source: Flags, excess: Ints, open_: Ints) -> None:
-    for x in range(row.size):
-        row[x] |= source[x] & np.uint8(excess[x] >= 0) & np.uint8(open_[x] > 0)
-
-
-@njit(cache=True, nogil=True)
-def _spread_along(row: Flags, excess: Ints, forward: Ints, backward: Ints, gate: Flags) -> None:
-    for x in range(row.size):
-        gate[x] = np.uint8(excess[x] >= 0) & np.uint8(forward[x] > 0)
+def _spread_along(
+    residual: Ints, excess: Ints, reached: Flags, first: Index, width: Index, gate: Flags
+) -> None:
+    """Mark what in a row is reached from the row itself."""
+    for x in range(width):
+        gate[x] = np.uint8(excess[first + x] >= 0) & np.uint8(residual[0, first + x] > 0)
     carry = np.uint8(0)
-    for x in range(row.size):
-        row[x] |= carry
-        carry = row[x] & gate[x]
-    for x in range(row.size):
-        gate[x] = np.uint8(excess[x] >= 0) & np.uint8(backward[x] > 0)
+    for x in range(width):
+        carry |= reached[first + x]
+        reached[first + x] = carry
+        carry &= gate[x]
+    for x in range(width):
+        gate[x] = np.uint8(excess[first + x] >= 0) & np.uint8(residual[1, first + x] > 0)
     carry = np.uint8(0)
-    for x in range(row.size - 1, -1, -1):
-        row[x] |= carry
-        carry = row[x] & gate[x]
+    left = width
+    while left > 0:
+        left -= _ONE
+        carry |= reached[first + left]
+        reached[first + left] = carry
+        carry &= gate[left]
 
 
 @njit(cache=True, nogil=True)
-def _leaks(row: Flags, excess: Ints, target: Flags, open_: Ints, leaks: Flags) -> bool:
+def _leaks(
+    residual: Ints,
+    excess: Ints,
+    reached: Flags,
+    k: Index,
+    source: Index,
+    target: Index,
+    width: Index,
+    leaks: Flags,
+) -> bool:
+    """Tell which pixels of a row reach one in another that is not marked; return whether any does."""
     found = np.uint8(0)
-    for x in range(row.size):
-        leak = row[x] & np.uint8(excess[x] >= 0) & (target[x] ^ np.uint8(1)) & np.uint8(open_[x] > 0)
-        leaks[x] |= leak
-        found |= leak
+    for x in range(width):
+        p = source + x
+        passes = reached[p] & np.uint8(excess[p] >= 0) & np.uint8(residual[k, p] > 0)
+        leaks[x] = passes & ~reached[target + x]
+        found |= leaks[x]
     return bool(found)
 
 
 @njit(cache=True, nogil=True)
-def any_in_debt(reached: Flags, excess: Ints) -> bool:
-    """Return whether a debt is among what is reached."""
+def any_in_debt(excess: Ints, reached: Flags, first: Index, width: Index) -> bool:
+    """Return whether a debt is among what is reached of a row."""
     found = np.uint8(0)
-    for x in range(reached.size):
-        found |= reached[x] & np.uint8(excess[x] < 0)
+    for x in range(width):
+        found |= reached[first + x] & np.uint8(excess[first + x] < 0)
     return bool(found)
 
 
