@@ -100,9 +100,9 @@ class SaddlePoint:
         run: Run,
     ) -> None:
         norm = np.sqrt(4 * len(steps))  # at least that of the differences along all steps
-        self._sizes = np.array([lam, ratio / norm, 1 / (ratio * norm)], f.dtype)
+        self._sizes = np.array([lam, ratio / norm, 1 / (ratio * norm)])
         self._steps = np.array(steps, np.int64)
-        self._weights = np.array([] if weights is None else weights, f.dtype)
+        self._weights = np.array([] if weights is None else weights)
         self._reach = int(self._steps[:, 0].max())
         self._rows, self._run = rows, run
         halo = _BATCH * self._reach
@@ -120,8 +120,6 @@ class SaddlePoint:
 
     def refine(self, f: NDArray[np.float64]) -> None:
         """Go on from here in double precision, with f anew."""
-        self._sizes = self._sizes.astype(np.float64)
-        self._weights = self._weights.astype(np.float64)
         refined = []
         for band, (first, last) in zip(self._bands, self._spans, strict=True):
             state = {name: getattr(band, name).astype(np.float64) for name in ("u", "ahead", "p")}
@@ -129,7 +127,8 @@ class SaddlePoint:
         self._bands = refined
 
     def _advance_band(self, count: int, band: _Band) -> None:
-        _iterate(band, self._steps, self._weights, self._sizes, self._reach, count)
+        weights, sizes = self._weights.astype(band.f.dtype), self._sizes.astype(band.f.dtype)
+        _iterate(band, self._steps, weights, sizes, self._reach, count)
 
     @property
     def u(self) -> Floats:
