@@ -16,7 +16,7 @@ SOURCE = Path(relit.__file__).parent
 #: From the ground up; a module may import from the rows above its own here.
 LAYERS = [
     {"errors"},
-    {"files", "pixels", "color", "landmarks", "grid", "threads"},
+    {"files", "pixels", "color", "landmarks", "grid", "jit", "threads"},
     {"options", "graph", "rbf", "saddle_point"},
     {"_photo", "profile", "_landmark_lines", "face_models", "sweeps", "warm_start"},
     {"image", "_landmark_trees", "mincut"},

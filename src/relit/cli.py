@@ -32,6 +32,7 @@ from relit.terminal import (
     progress,
     read_photo,
     report,
+    solving,
     warn_of_folds,
 )
 
@@ -126,7 +127,7 @@ def transfer(
     check_destination(output, like=photo, overwrite=force)
     with progress("Finding the faces"):
         here, there = source.face_in(photo), light_source.face_in(light)
-    with progress("Relighting"):
+    with solving("Relighting"):
         result = run(photo, light, target_landmarks=here, reference_landmarks=there, options=settings)
     warn_of_folds(result.alignment.folded)
     with progress("Writing"):
@@ -240,7 +241,7 @@ def decompose(
     if eye_distance is None:
         with progress("Finding the face"):
             eye_distance = Source("image", image, landmarks, face).face_in(photo).interocular_distance
-    with progress("Splitting"):
+    with solving("Splitting"):
         split = run(
             photo.pixels, settings.lam, neighborhood=settings.neighborhood, interocular_distance=eye_distance
         )

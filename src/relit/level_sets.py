@@ -29,10 +29,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import njit
 
 from relit.graph import Flags, Graph, Ints
 from relit.grid import UNIT, Grid, Neighborhood, check_plane
+from relit.jit import compiled
 from relit.mincut import Events, cut
 from relit.threads import check_threads, pool, split
 from relit.warm_start import nearly_maximal_flow
@@ -177,7 +177,7 @@ def _ranks(image: NDArray[Any]) -> tuple[NDArray[Any], Ints, NDArray[np.float32]
     return values, ranks, shares.astype(np.float32)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _halve(graph: Graph, f: Ints, low: Ints, half: int, fidelity: int, band: tuple[int, int]) -> None:
     """Close the arcs that the cut crosses, halve every pixel's range by it, and turn to the next thresholds.
 
@@ -192,13 +192,13 @@ def _halve(graph: Graph, f: Ints, low: Ints, half: int, fidelity: int, band: tup
     _raise_low(graph.excess[start:stop], reached[start:stop], f[start:stop], low[start:stop], half, fidelity)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _close_crossed(residual: Ints, side: Flags, other: Flags) -> None:
     for x in range(residual.size):
         residual[x] *= side[x] == other[x]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _raise_low(excess: Ints, side: Flags, f: Ints, low: Ints, half: int, fidelity: int) -> None:
     for x in range(f.size):
         was_above = np.int32(f[x] >= low[x] + half)
@@ -207,7 +207,7 @@ def _raise_low(excess: Ints, side: Flags, f: Ints, low: Ints, half: int, fidelit
         excess[x] += 2 * fidelity * (is_above - was_above)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _ask_for_feasibility(excess: Ints, f: Ints, low: Ints, last: int, fidelity: int) -> None:
     """Set the thresholds below the least value and above the greatest.
 

@@ -40,9 +40,9 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from relit.graph import Graph, Ints
+from relit.jit import compiled, inlined
 from relit.sweeps import any_in_debt, flood, mark_reached, settle_chains
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def cut(graph: Graph, bands: Sequence[tuple[int, int]], run: Run) -> Events:
 
     def settle(band: tuple[int, int]) -> Sequence[int]:
         settle_chains(graph, *band)
-        return _pay_debts(graph, *band) if mark_reached(graph, *band) else Events()
+        return _pay_debts(graph, *band, np.empty(2, np.int32)) if mark_reached(graph, *band) else Events()
 
     events = Events().plus(run(settle, bands))
     while True:
@@ -101,10 +101,10 @@ def cut(graph: Graph, bands: Sequence[tuple[int, int]], run: Run) -> Events:
             in_debt |= _join(graph, *whole, border)
         if not in_debt:
             return events
-        events = events.plus([_pay_debts(graph, *whole)])
+        events = events.plus([_pay_debts(graph, *whole, np.empty(2, np.int32))])
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _join(graph: Graph, start: int, stop: int, border: int) -> bool:
     """Let what is reached on one side of a border between two bands reach across it."""
     reached, offset = graph.reached, graph.offset
@@ -120,15 +120,18 @@ def _join(graph: Graph, start: int, stop: int, border: int) -> bool:
     return in_debt
 
 
-@njit(cache=True, nogil=True)
-def _pay_debts(graph: Graph, start: int, stop: int) -> tuple[int, int, int]:
-    """Pay the debts that are reached inside a band until none is reached from a surplus; count the events."""
+@compiled
+def _pay_debts(graph: Graph, start: int, stop: int, queue: Ints) -> tuple[int, int, int]:
+    """Pay the debts that are reached inside a band until none is reached from a surplus; count the events.
+
+    The queue is the first and the last active pixel.
+    """
     excess, reached = graph.excess, graph.reached
     parent, depth, stamp, link = graph.parent, graph.depth, graph.stamp, graph.link
-    parent[start:stop] = _NONE
-    stamp[start:stop] = 0
-    link[start:stop] = _IDLE
-    queue = np.empty(2, np.int32)  # first and last active pixel
+    for p in range(start, stop):
+        parent[p] = _NONE
+        stamp[p] = 0
+        link[p] = _IDLE
     queue[0] = _LAST
     for first in range(start, stop, graph.stride):
         last = first + graph.width
@@ -159,7 +162,7 @@ def _pay_debts(graph: Graph, start: int, stop: int) -> tuple[int, int, int]:
     return growths, time, adoptions
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _activate(p: int, link: Ints, queue: Ints) -> None:
     if link[p] == _IDLE:
         link[p] = _LAST
@@ -170,7 +173,7 @@ def _activate(p: int, link: Ints, queue: Ints) -> None:
         queue[1] = p
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _grow(graph: Graph, start: int, stop: int, p: int, queue: Ints) -> tuple[int, int]:
     """Let the tree take neighbours of `p` up to one with a surplus; return its direction, and how many."""
     grown = 0
@@ -195,7 +198,7 @@ def _grow(graph: Graph, start: int, stop: int, p: int, queue: Ints) -> tuple[int
     return _NONE, grown
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _augment(graph: Graph, p: int, k: int, orphans: Ints) -> tuple[int, int]:
     """Send what fits from the neighbour of `p` to the root; return the root and the number of orphans."""
     residual, excess, parent, offset = graph.residual, graph.excess, graph.parent, graph.offset
@@ -230,7 +233,7 @@ def _augment(graph: Graph, p: int, k: int, orphans: Ints) -> tuple[int, int]:
     return i, count
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _pass_through(graph: Graph, start: int, stop: int, p: int, stack: Ints, queue: Ints) -> None:
     """Let reach go on beyond a debt that is paid off; the debts where it ends next become roots."""
     residual, reached, parent, offset = graph.residual, graph.reached, graph.parent, graph.offset
@@ -256,7 +259,7 @@ def _pass_through(graph: Graph, start: int, stop: int, p: int, stack: Ints, queu
                 _activate(q, graph.link, queue)  # which may now grow into pixel i
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _adopt(graph: Graph, start: int, stop: int, time: int, orphans: Ints, waiting: int, queue: Ints) -> int:
     """Find every orphan the parent nearest to a root, or drop it; return how many there were.
 
@@ -295,7 +298,7 @@ def _adopt(graph: Graph, start: int, stop: int, time: int, orphans: Ints, waitin
     return adoptions
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def _distance_to_root(graph: Graph, p: int, time: int) -> int:
     """Return the length of the way from `p` to its root; ``_FAR`` if it ends at an orphan."""
     parent, depth, stamp, offset = graph.parent, graph.depth, graph.stamp, graph.offset

@@ -16,10 +16,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import njit
 
 from relit.errors import OptionError
 from relit.grid import check_lam, check_plane
+from relit.jit import compiled
 from relit.saddle_point import SaddlePoint
 from relit.threads import check_threads, pool, split
 
@@ -137,7 +137,7 @@ def tv_l1_isotropic(
             iterations += count
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _energies(u: Floats, p: NDArray[Any], f: Floats, lam: float, rows: tuple[int, int]) -> Floats:
     """Return each row's part in the energy of u, and in the bound that p, cut to ``|p| ≤ 1``, proves."""
     height, width = f.shape
@@ -161,7 +161,7 @@ def _energies(u: Floats, p: NDArray[Any], f: Floats, lam: float, rows: tuple[int
     return sums
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _cut_to_disc(component: float, other: float) -> float:
     """Return one component of a vector cut to a length of 1."""
     first, second = np.float64(component), np.float64(other)

@@ -25,8 +25,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from relit.jit import compiled
 
 if TYPE_CHECKING:
     from relit.threads import Run
@@ -47,6 +48,8 @@ class _Band(NamedTuple):
     u: Floats
     ahead: Floats
     p: Floats
+    divergence: Floats
+    nothing: Floats
     height: int
     stride: int
 
@@ -59,7 +62,8 @@ class _Band(NamedTuple):
         ahead = flat.copy()
         ahead[stride::stride] = f[:, -1]
         p = np.zeros((directions, flat.size), f.dtype)
-        return cls(flat, flat.copy(), ahead, p, height, stride)
+        scratch = np.zeros((2, width), f.dtype)
+        return cls(flat, flat.copy(), ahead, p, scratch[0], scratch[1], height, stride)
 
     def rows(self, flat: Floats, first: int, last: int) -> Floats:
         """Return some of the rows in one of the arrays, with the margin behind them."""
@@ -165,7 +169,7 @@ class SaddlePoint:
                     ours.rows(getattr(ours, name), first - to, last - to)[:] = new
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _iterate(
     band: _Band, steps: NDArray[np.int64], weights: Floats, sizes: Floats, reach: int, count: int
 ) -> None:
@@ -174,8 +178,7 @@ def _iterate(
     height, stride = band.height, band.stride
     width = stride - _MARGIN
     f, u, ahead, across, down = band.f, band.u, band.ahead, band.p[0], band.p[1]
-    divergence = np.zeros(width, f.dtype)
-    nothing = np.zeros(width, f.dtype)
+    divergence = band.divergence
     n = np.uintp(width)
     for front in range(height + reach * (count - 1)):
         for i in range(count):
@@ -193,7 +196,7 @@ def _iterate(
             if y > 0:
                 _diverge(divergence, across, down, down, at, np.uintp(row - stride), n)
             else:
-                _diverge(divergence, across, down, nothing, at, np.uintp(0), n)
+                _diverge(divergence, across, down, band.nothing, at, np.uintp(0), n)
             for k in range(2, len(steps)):
                 dy, dx = steps[k]
                 left, m = max(-dx, 0), np.uintp(width - abs(dx))
@@ -207,7 +210,7 @@ def _iterate(
             ahead[row + width] = ahead[row + width - 1]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _step_axes(
     across: Floats,
     down: Floats,
@@ -228,7 +231,7 @@ def _step_axes(
         down[i] += _RELAXATION * (d - down[i])
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _step_axes_isotropic(
     across: Floats, down: Floats, ahead: Floats, at: Index, below: Index, n: Index, sigma: float
 ) -> None:
@@ -243,7 +246,7 @@ def _step_axes_isotropic(
         down[i] += _RELAXATION * (d * shrink - down[i])
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _step(p: Floats, ahead: Floats, at: Index, there: Index, n: Index, sigma: float, weight: float) -> None:
     for x in range(n):
         i = at + x
@@ -251,7 +254,7 @@ def _step(p: Floats, ahead: Floats, at: Index, there: Index, n: Index, sigma: fl
         p[i] += _RELAXATION * (stepped - p[i])
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _diverge(
     divergence: Floats, across: Floats, down: Floats, above: Floats, at: Index, before: Index, n: Index
 ) -> None:
@@ -260,19 +263,19 @@ def _diverge(
         divergence[x] = across[i] - across[i - _ONE] + down[i] - above[before + x]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _add(divergence: Floats, to: Index, p: Floats, at: Index, n: Index) -> None:
     for x in range(n):
         divergence[to + x] += p[at + x]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _subtract(divergence: Floats, to: Index, p: Floats, at: Index, n: Index) -> None:
     for x in range(n):
         divergence[to + x] -= p[at + x]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _step_primal(
     u: Floats, ahead: Floats, f: Floats, divergence: Floats, at: Index, n: Index, tau: float, pull: float
 ) -> None:

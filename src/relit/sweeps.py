@@ -7,16 +7,17 @@ indices are unsigned, so that they cannot wrap around: compilers then vectorise 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+from numpy.typing import NDArray
 
 from relit.graph import Flags, Graph, Ints
+from relit.jit import compiled
 
 Index = np.uintp
 
 _ONE = np.uintp(1)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def settle_chains(graph: Graph, start: int, stop: int) -> None:
     """Send the maximum flow along every straight chain of a band's pixels, one direction after the other.
 
@@ -26,26 +27,20 @@ def settle_chains(graph: Graph, start: int, stop: int) -> None:
     residual, excess, carry = graph.residual, graph.excess, graph.carry
     width, stride = np.uintp(graph.width), graph.stride
     for p in range(start, stop, stride):
-        carry[p + graph.width : p + stride] = 0  # nothing comes out of the margin
+        for q in range(p + graph.width, p + stride):
+            carry[q] = 0  # nothing comes out of the margin
         _settle_row(residual, excess, carry, np.uintp(p), width)
-    nothing = np.zeros(graph.width, np.int32)
+    above = np.uintp(0)  # a row of the margin
     for k in range(2, graph.offset.size, 2):
         step, drop = graph.offset[k], graph.drop[k]
         for p in range(start, stop - drop, stride):
-            there = np.uintp(p + step)
-            if p - drop >= start:
-                _carry_on(
-                    residual, excess, carry, np.uintp(k), np.uintp(p), there, carry, np.uintp(p - step), width
-                )
-            else:
-                _carry_on(
-                    residual, excess, carry, np.uintp(k), np.uintp(p), there, nothing, np.uintp(0), width
-                )
+            behind = np.uintp(p - step) if p - drop >= start else above
+            _carry_on(residual, excess, carry, np.uintp(k), behind, np.uintp(p), np.uintp(p + step), width)
         for p in range(stop - stride, start + drop - 1, -stride):
             _settle_back(residual, excess, carry, np.uintp(k), np.uintp(p - step), np.uintp(p), width)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _settle_row(residual: Ints, excess: Ints, carry: Ints, first: Index, width: Index) -> None:
     crossing = np.int32(0)
     for x in range(width - _ONE):
@@ -68,24 +63,23 @@ def _settle_row(residual: Ints, excess: Ints, carry: Ints, first: Index, width: 
         residual[1, first + x + _ONE] += carry[first + x]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _carry_on(
     residual: Ints,
     excess: Ints,
     carry: Ints,
     k: Index,
+    behind: Index,
     first: Index,
     there: Index,
-    behind: Ints,
-    before: Index,
     width: Index,
 ) -> None:
     for x in range(width):
-        have = excess[first + x] + behind[before + x]
+        have = excess[first + x] + carry[behind + x]
         carry[first + x] = min(max(have, -residual[k + _ONE, there + x]), residual[k, first + x])
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _settle_back(
     residual: Ints, excess: Ints, carry: Ints, k: Index, first: Index, there: Index, width: Index
 ) -> None:
@@ -101,13 +95,13 @@ def _settle_back(
         residual[k + _ONE, there + x] += carry[first + x]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _share(have: int, crossing: int) -> int:
     """Return how much of what could cross evens out what a pixel has."""
     return min(max(-have, min(crossing, 0)), max(crossing, 0))
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def mark_reached(graph: Graph, start: int, stop: int) -> bool:
     """Mark what surpluses reach inside a band, up to and with debts; return whether they reach any.
 
@@ -115,7 +109,7 @@ def mark_reached(graph: Graph, start: int, stop: int) -> bool:
     """
     residual, excess, reached, offset = graph.residual, graph.excess, graph.reached, graph.offset
     width, stride = np.uintp(graph.width), graph.stride
-    gate = np.empty(graph.width, np.uint8)
+    gate = graph.parent  # no forest stands now
     for p in range(start, stop):
         reached[p] = np.uint8(excess[p] > 0)
     for p in range(start, stop, stride):
@@ -140,15 +134,15 @@ def mark_reached(graph: Graph, start: int, stop: int) -> bool:
             if _leaks(
                 residual, excess, reached, np.uintp(k), np.uintp(p), np.uintp(p + offset[k]), width, gate
             ):
-                for x in range(graph.width):
-                    if gate[x]:
-                        flood(graph, start, stop, p + x)
+                for i in range(p, p + graph.width):
+                    if gate[i]:
+                        flood(graph, start, stop, i)
     for p in range(start, stop, stride):
         in_debt |= any_in_debt(excess, reached, np.uintp(p), width)
     return in_debt
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _spread(
     residual: Ints, excess: Ints, reached: Flags, k: Index, source: Index, target: Index, width: Index
 ) -> bool:
@@ -162,30 +156,30 @@ def _spread(
     return bool(new)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _spread_along(
-    residual: Ints, excess: Ints, reached: Flags, first: Index, width: Index, gate: Flags
+    residual: Ints, excess: Ints, reached: Flags, first: Index, width: Index, gate: NDArray[np.int8]
 ) -> None:
     """Mark what in a row is reached from the row itself."""
     for x in range(width):
-        gate[x] = np.uint8(excess[first + x] >= 0) & np.uint8(residual[0, first + x] > 0)
+        gate[first + x] = np.uint8(excess[first + x] >= 0) & np.uint8(residual[0, first + x] > 0)
     carry = np.uint8(0)
     for x in range(width):
         carry |= reached[first + x]
         reached[first + x] = carry
-        carry &= gate[x]
+        carry &= np.uint8(gate[first + x])
     for x in range(width):
-        gate[x] = np.uint8(excess[first + x] >= 0) & np.uint8(residual[1, first + x] > 0)
+        gate[first + x] = np.uint8(excess[first + x] >= 0) & np.uint8(residual[1, first + x] > 0)
     carry = np.uint8(0)
     left = width
     while left > 0:
         left -= _ONE
         carry |= reached[first + left]
         reached[first + left] = carry
-        carry &= gate[left]
+        carry &= np.uint8(gate[first + left])
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _leaks(
     residual: Ints,
     excess: Ints,
@@ -194,19 +188,20 @@ def _leaks(
     source: Index,
     target: Index,
     width: Index,
-    leaks: Flags,
+    leaks: NDArray[np.int8],
 ) -> bool:
     """Tell which pixels of a row reach one in another that is not marked; return whether any does."""
     found = np.uint8(0)
     for x in range(width):
         p = source + x
         passes = reached[p] & np.uint8(excess[p] >= 0) & np.uint8(residual[k, p] > 0)
-        leaks[x] = passes & ~reached[target + x]
-        found |= leaks[x]
+        leak = passes & ~reached[target + x]
+        leaks[p] = leak
+        found |= leak
     return bool(found)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def any_in_debt(excess: Ints, reached: Flags, first: Index, width: Index) -> bool:
     """Return whether a debt is among what is reached of a row."""
     found = np.uint8(0)
@@ -215,7 +210,7 @@ def any_in_debt(excess: Ints, reached: Flags, first: Index, width: Index) -> boo
     return bool(found)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def flood(graph: Graph, start: int, stop: int, p: int) -> bool:
     """Mark what p reaches in a band, up to debts and what is marked; return whether it came upon a debt."""
     excess, reached, residual, offset = graph.excess, graph.reached, graph.residual, graph.offset

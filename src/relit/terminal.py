@@ -72,6 +72,20 @@ def progress(step: str) -> Iterator[None]:
         yield
 
 
+@contextlib.contextmanager
+def solving(step: str) -> Iterator[None]:
+    """Show that a solver is at work, and on its first use ever, why it takes longer."""
+    from relit.jit import announcing
+
+    with progress(step), announcing(_tell_of_compiling):
+        yield
+
+
+def _tell_of_compiling() -> None:
+    if sys.stderr.isatty():
+        click.echo("relit: compiling the solver, which takes some seconds on its first use", err=True)
+
+
 def report(as_json: bool, **facts: Any) -> None:
     """Print the facts as JSON, or on a terminal the names of the files."""
     if as_json:

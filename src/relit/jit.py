@@ -1,0 +1,61 @@
+"""Compiling functions with numba: cached where a cache can be written, and announced to who wants to know."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, TypeVar
+
+from numba import njit
+from numba.core import event
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def compiled(function: Function) -> Function:
+    """Compile a function on its first call, free of Python's lock, and keep the result on disk.
+
+    Where neither the package's folder nor the user's cache can be written, every process compiles anew.
+    """
+    return _compile(function)
+
+
+def inlined(function: Function) -> Function:
+    """Compile a function as a part of those that call it."""
+    return _compile(function, inline="always")
+
+
+def _compile(function: Function, **options: Any) -> Function:
+    try:
+        result: Function = njit(cache=True, nogil=True, **options)(function)
+    except RuntimeError as error:
+        if "cannot cache" not in str(error):
+            raise
+        result = njit(nogil=True, **options)(function)
+    return result
+
+
+class _FirstCompilation(event.Listener):
+    def __init__(self, tell: Callable[[], None]) -> None:
+        self._tell = tell
+        self._told = False
+
+    def on_start(self, event: Any) -> None:
+        function = event.data["dispatcher"].py_func
+        if not self._told and function.__module__.startswith("relit."):
+            self._told = True
+            self._tell()
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+@contextmanager
+def announcing(tell: Callable[[], None]) -> Iterator[None]:
+    """Call `tell` once if a function of ours is compiled meanwhile: that takes seconds."""
+    listener = _FirstCompilation(tell)
+    event.register("numba:compile", listener)  # type: ignore[no-untyped-call]
+    try:
+        yield
+    finally:
+        event.unregister("numba:compile", listener)  # type: ignore[no-untyped-call]
