@@ -80,9 +80,19 @@ class Graph(NamedTuple):
         stride = width + max(abs(dx) for _, dx in grid.steps)
         size = (height + 2 * _MARGIN) * stride
         signed = [(sign * dy, sign * dx) for dy, dx in grid.steps for sign in (1, -1)]
-        graph = cls(
-            residual=np.zeros((len(signed), size), np.int32),
-            excess=np.zeros(size, np.int32),
+        residual, excess = np.zeros((len(signed), size), np.int32), np.zeros(size, np.int32)
+        inner, brought = _pixels(residual, stride, width), _pixels(excess, stride, width)
+        for k, (step, weight) in enumerate(zip(grid.steps, grid.weights, strict=True)):
+            here, there = paired((height, width), step)
+            sent = np.rint(flow[k][here] * np.float32(UNIT)).astype(np.int32)
+            np.subtract(weight, sent, out=inner[2 * k][here])
+            np.add(weight, sent, out=inner[2 * k + 1][there])
+            brought[here] -= sent
+            brought[there] += sent
+        del flow, sent  # large, as what follows
+        return cls(
+            residual=residual,
+            excess=excess,
             reached=np.zeros(size, np.uint8),
             carry=np.zeros(size, np.int32),
             link=np.empty(size, np.int32),
@@ -94,20 +104,10 @@ class Graph(NamedTuple):
             stride=stride,
             width=width,
         )
-        residual, excess = graph.pixels(graph.residual), graph.pixels(graph.excess)
-        for k, (step, weight) in enumerate(zip(grid.steps, grid.weights, strict=True)):
-            here, there = paired((height, width), step)
-            sent = np.rint(flow[k][here] * np.float32(UNIT)).astype(np.int32)
-            residual[2 * k][here] = weight - sent
-            residual[2 * k + 1][there] = weight + sent
-            excess[here] -= sent
-            excess[there] += sent
-        return graph
 
     def pixels(self, nodes: NDArray[Any]) -> NDArray[Any]:
         """Return the (..., H, W) view of the pixels in an array of (..., N) nodes."""
-        rows = nodes.reshape(*nodes.shape[:-1], -1, self.stride)
-        return rows[..., _MARGIN:-_MARGIN, : self.width]
+        return _pixels(nodes, self.stride, self.width)
 
     def band(self, rows: tuple[int, int]) -> tuple[int, int]:
         """Return the band of some rows of the image."""
@@ -127,3 +127,8 @@ class Graph(NamedTuple):
             downhill = np.sign(ranks[here] - ranks[there])
             flow[k][here] = np.where(downhill == 0, sent, weight * downhill)
         return flow
+
+
+def _pixels(nodes: NDArray[Any], stride: int, width: int) -> NDArray[Any]:
+    rows = nodes.reshape(*nodes.shape[:-1], -1, stride)
+    return rows[..., _MARGIN:-_MARGIN, :width]

@@ -140,15 +140,15 @@ def _minimise(
     events = Events()
     values, ranks, shares = _ranks(image)
     with pool(threads) as run:
-        flow = nearly_maximal_flow(shares[ranks], fidelity / UNIT, grid, rows, run)
-        graph = Graph.of_flow(flow, grid)
-        del flow
+        # Nobody else holds the flow, so that its memory serves the graph.
+        graph = Graph.of_flow(nearly_maximal_flow(shares[ranks], fidelity / UNIT, grid, rows, run), grid)
         bands = [graph.band(pair) for pair in rows]
-        f, low = np.full_like(graph.excess, -1), np.zeros_like(graph.excess)
+        f = np.full_like(graph.excess, -1)
         graph.pixels(f)[:] = ranks
-        half = 1 << (len(values) - 1).bit_length() >> 1
-        graph.pixels(graph.excess)[:] += np.where(ranks >= half, np.int32(fidelity), np.int32(-fidelity))
         del ranks
+        low = np.zeros_like(graph.excess)
+        half = 1 << (len(values) - 1).bit_length() >> 1
+        _owe(graph.excess, f, half, fidelity)
         while half > 0:
             events = events.plus([cut(graph, bands, run)])
             run(partial(_halve, graph, f, low, half, fidelity), bands)
@@ -157,7 +157,10 @@ def _minimise(
             _ask_for_feasibility(graph.excess, f, low, len(values) - 1, fidelity)
             events = events.plus([cut(graph, bands, run)])
     levels = graph.pixels(low)
-    return values[levels], graph, levels, events
+    u = np.empty(image.shape, image.dtype)
+    for first, last in split(len(image), 1 + image.size // 2**20):  # indexing takes 8 bytes a pixel
+        u[first:last] = values[levels[first:last]]
+    return u, graph, levels, events
 
 
 def _ranks(image: NDArray[Any]) -> tuple[NDArray[Any], Ints, NDArray[np.float32]]:
@@ -178,11 +181,18 @@ def _ranks(image: NDArray[Any]) -> tuple[NDArray[Any], Ints, NDArray[np.float32]
 
 
 @compiled
+def _owe(excess: Ints, f: Ints, threshold: int, fidelity: int) -> None:
+    """Give λ from the source to every pixel at or above the threshold; let one below owe it to the sink."""
+    for p in range(f.size):
+        if f[p] >= 0:
+            excess[p] += fidelity if f[p] >= threshold else -fidelity
+
+
+@compiled
 def _halve(graph: Graph, f: Ints, low: Ints, half: int, fidelity: int, band: tuple[int, int]) -> None:
     """Close the arcs that the cut crosses, halve every pixel's range by it, and turn to the next thresholds.
 
-    A pixel at or above the threshold gets λ from the source, one below owes λ to the sink. Across the cut the
-    source side sends all it can; what could flow back must not, from now on.
+    Across the cut the source side sends all it can; what could flow back must not, from now on.
     """
     reached = graph.reached
     start, stop = band
