@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from relit.threads import Run
 
 # Found by trial on photos: the time to the exact minimiser is flat around them.
-_STEP_RATIO = 0.07
+_STEP_RATIO = 0.05
 _ITERATIONS = 100
 _ITERATIONS_PER_SCALE = 20  # and so many for each pixel of the scale 1/λ, which flow has to travel
 _MOST_ITERATIONS = 2000

@@ -1,0 +1,1 @@
+"""Benchmarks of relit's solvers against their peers: ``python -m benchmarks``."""
