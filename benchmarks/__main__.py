@@ -32,9 +32,8 @@ def main(runs: int, only: tuple[str, ...], output: Path) -> None:
                 rows.append(row)
                 console.print(" | ".join(cells(row)), highlight=False, soft_wrap=True)
     output.mkdir(parents=True, exist_ok=True)
-    (output / "solver.json").write_text(
-        json.dumps({**machine(), "rows": [*map(asdict, rows)]}, indent=1) + "\n"
-    )
+    record = {**machine(), "rows": [asdict(row) for row in rows]}
+    (output / "solver.json").write_text(json.dumps(record, indent=1) + "\n")
     (output / "solver.md").write_text(markdown(rows))
     plot(rows, output / "cost.png")
     console.print(f"wrote {output}/solver.json, solver.md and cost.png")
@@ -55,7 +54,7 @@ def markdown(rows: list[Row]) -> str:
 
 def machine() -> dict[str, Any]:
     """Return what the figures depend on."""
-    versions = {}
+    versions: dict[str, str | None] = {}
     for name in ("relit", "numpy", "numba", "PyMaxflow", "opencv-python-headless"):
         try:
             versions[name] = version(name)

@@ -123,14 +123,15 @@ def scaling(runs: int) -> Iterator[Row]:
             few = runs if f.size < 2**22 else min(runs, 3)
             timings, results = side_by_side(few, {"ours": partial(tv_l1, f, lam, threads=1)})
             costs[f.size] = timings["ours"].median
+            power = exponent(costs) if len(costs) > 1 else 1.0
             facts = {
                 "pixels": f.size,
                 "lam": lam,
-                "exponent so far": exponent(costs) if len(costs) > 1 else 1.0,
+                "exponent so far": power,
             }
             assert certify(f, results["ours"], lam).optimal
             last = (height, width) == shapes[-1]
-            told = f", cost ∝ pixels^{facts['exponent so far']:.2f}" if last else ""
+            told = f", cost ∝ pixels^{power:.2f}" if last else ""
             case = f"{f.size / 1e6:.2f} MP, λ {lam}{told}"
             yield Row("growing sizes, 1 thread", case, timings["ours"], None, "≤ 1.08" if last else "", facts)
 
@@ -157,7 +158,7 @@ def depth_and_memory(runs: int) -> Iterator[Row]:
 
 
 def worst_cases(runs: int) -> Iterator[Row]:
-    """Solve what might blow up, at two sizes: four times the pixels must not cost much more than four times."""
+    """Solve what might blow up, at two sizes: four times the pixels should cost about four times as much."""
     cases: dict[str, list[tuple[NDArray[Any], float]]] = {
         "photo, λ 0.02": [(images.mosaic(size, size), 0.02) for size in (512, 1024)]
     }
@@ -205,7 +206,7 @@ def start_up(runs: int) -> Iterator[Row]:
     """Time the import and the first calls, each in a process of its own."""
     with tempfile.TemporaryDirectory() as folder:
         for name, code in (("ours", _START), ("numba", _NUMBA)):
-            script = Path(folder, f"{name}.py")  # numba caches what is in a file
+            script = Path(folder, f"start_{name}.py")  # numba caches what is in a file
             script.write_text(code)
             environment = {**os.environ, "NUMBA_CACHE_DIR": f"{folder}/{name}"}
             seconds = []
