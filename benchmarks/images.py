@@ -36,9 +36,10 @@ def large_portrait() -> NDArray[np.uint8]:
 def mosaic(height: int, width: int) -> NDArray[np.uint8]:
     """Return so much of a plane that is tiled with mirrored portraits: the same content at any size."""
     tile = portrait()
-    rows = np.pad(tile, ((0, max(height - 512, 0)), (0, max(width - 512, 0))), mode="symmetric")
-    top, left = (0, 0) if height > 512 else (60, 180)
-    return rows[top : top + height, left : left + width]
+    plane = np.pad(tile, ((0, max(height - 512, 0)), (0, max(width - 512, 0))), mode="symmetric")
+    # A crop shows the face.
+    top, left = min(60, len(plane) - height), min(120, plane.shape[1] - width)
+    return plane[top : top + height, left : left + width]
 
 
 def hard(size: int) -> dict[str, NDArray[np.generic]]:

@@ -37,8 +37,8 @@ def isotropic_energy(u: NDArray[Any], f: NDArray[Any], lam: float) -> float:
 class PyMaxflowDyadic:
     """The same dyadic cuts with PyMaxflow [1]_, Boykov and Kolmogorov's own code behind numpy.
 
-    One graph of whole-number capacities with room for all arcs is used for every round; the arcs of a direction
-    are added at once.
+    One graph of whole-number capacities with room for all arcs is used for every round; the arcs of a
+    direction are added at once.
 
     References
     ----------
