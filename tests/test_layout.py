@@ -19,12 +19,15 @@ LAYERS = [
     {"files", "pixels", "color", "landmarks", "grid", "jit", "threads"},
     {"options", "graph", "rbf", "saddle_point"},
     {"_photo", "profile", "_landmark_lines", "face_models", "sweeps", "warm_start"},
-    {"image", "_landmark_trees", "mincut"},
-    {"landmark_files", "detect", "level_sets", "primal_dual"},
+    {"image", "_landmark_trees", "search_forest"},
+    {"landmark_files", "detect", "mincut", "primal_dual"},
+    {"level_sets"},
     {"certificate", "alignment", "ltv"},
     {"planes", "compose"},
     {"relighting"},
-    {"figures", "samples", "terminal", "cli_options"},
+    {"figures", "samples", "terminal", "cli_options", "yale_b", "scores"},
+    {"evaluation", "evaluation_figure"},
+    {"cli_evaluate"},
     {"cli"},
 ]
 MODULES = sorted(
@@ -64,7 +67,7 @@ def test_no_import_points_up(module):
     ("library", "room"),
     [
         ("ai_edge_litert", {"face_models"}),
-        ("click", {"cli", "cli_options", "terminal"}),
+        ("click", {"cli", "cli_evaluate", "cli_options", "terminal"}),
         ("rich", {"terminal"}),
     ],
 )

@@ -33,7 +33,8 @@ import numpy as np
 from relit.graph import Flags, Graph, Ints
 from relit.grid import UNIT, Grid, Neighborhood, check_plane
 from relit.jit import compiled
-from relit.mincut import Events, cut
+from relit.mincut import cut
+from relit.search_forest import Events
 from relit.threads import check_threads, pool, split
 from relit.warm_start import nearly_maximal_flow
 

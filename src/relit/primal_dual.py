@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 #: Primal over dual step for images scaled to [0, 1]: the ratio of the two distances to be travelled.
-_STEP_RATIO = 0.05
-_ITERATIONS_PER_CHECK = 24
-_PATIENCE = 20  # checks without a better gap, after which single precision is held to be exhausted
+_STEP_RATIO = 0.08
+_FEWEST_ITERATIONS = 24  # before the gap is measured again, which costs as much as several of them
+_PATIENCE = 480  # and twice as many iterations as the best gap took: single precision is then exhausted
 _LEAST_BAND = 2**15  # pixels of a band below which a thread does not pay
 
 
@@ -130,9 +130,9 @@ def tv_l1_isotropic(
                 return IsotropicSolution(lowest + span * u, span * energy, span * bound, iterations)
             if energy - bound < best:
                 best, best_at = energy - bound, iterations
-            elif iterations == best_at + _PATIENCE * _ITERATIONS_PER_CHECK:
+            elif iterations > 2 * best_at + _PATIENCE:
                 iteration.refine(f)
-            count = min(_ITERATIONS_PER_CHECK, max_iterations - iterations)
+            count = min(max(_FEWEST_ITERATIONS, iterations // 8), max_iterations - iterations)
             iteration.advance(count)
             iterations += count
 
