@@ -23,10 +23,11 @@ LAYERS = [
     {"landmark_files", "detect", "mincut", "primal_dual"},
     {"level_sets"},
     {"certificate", "alignment", "ltv"},
-    {"planes", "compose"},
+    {"planes", "compose", "scale"},
     {"relighting"},
     {"figures", "samples", "terminal", "cli_options", "yale_b", "scores"},
-    {"evaluation", "evaluation_figure"},
+    {"evaluation"},
+    {"evaluation_figure"},
     {"cli_evaluate"},
     {"cli"},
 ]

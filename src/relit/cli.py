@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from relit import __version__
+from relit.cli_evaluate import evaluate
 from relit.cli_options import (
     ALIGNMENT,
     SPLIT,
@@ -233,18 +234,23 @@ def decompose(
     if eye_distance is not None and (landmarks or face is not None):
         raise click.UsageError("--eye-distance stands in for the face; give it, or --landmarks and --face.")
 
+    if eye_distance is not None and settings.lam == "auto":
+        raise click.UsageError("--lambda auto needs the face; give --landmarks instead of --eye-distance.")
+
     from relit.figures import split_pictures
     from relit.ltv import decompose as run
+    from relit.scale import lam_for
 
     folder = PictureFolder(output, ("u.png", "v.png"), force)
     photo = read_photo(image)
     if eye_distance is None:
         with progress("Finding the face"):
-            eye_distance = Source("image", image, landmarks, face).face_in(photo).interocular_distance
+            found = Source("image", image, landmarks, face).face_in(photo)
+        eye_distance, lam = found.interocular_distance, lam_for(found, settings)
+    else:
+        lam = float(settings.lam)
     with solving("Splitting"):
-        split = run(
-            photo.pixels, settings.lam, neighborhood=settings.neighborhood, interocular_distance=eye_distance
-        )
+        split = run(photo.pixels, lam, neighborhood=settings.neighborhood, interocular_distance=eye_distance)
     u, v = split_pictures(split)
     saved = folder.save({"u.png": u, "v.png": v})
     report(as_json, output=saved, lambda_px=split.lam, eye_distance=eye_distance)
@@ -303,6 +309,9 @@ def samples(folder: str, force: bool, as_json: bool) -> None:
     from relit.samples import copy_samples
 
     report(as_json, output=[str(path) for path in copy_samples(Path(folder), overwrite=force)])
+
+
+relit.add_command(evaluate)
 
 
 def _check_streams(output: str, as_json: bool, *inputs: str) -> None:

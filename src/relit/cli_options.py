@@ -24,6 +24,24 @@ force_option = click.option("--force", is_flag=True, help="Replace files that ex
 json_option = click.option("--json", "as_json", is_flag=True, help="Print what was done, as JSON, on stdout.")
 
 
+class NumberOrWord(click.ParamType[float | str]):
+    """A number, or a word that stands for one."""
+
+    name = "float"
+
+    def __init__(self, word: str) -> None:
+        self.word = word
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
+        """Return the number, or the word."""
+        if value == self.word:
+            return self.word
+        try:
+            return float(value)
+        except ValueError:
+            self.fail(f"{value!r} is neither a number nor {self.word!r}.", param, ctx)
+
+
 def transfer_options(*names: str) -> Decorator:
     """Add the named transfer options, or all, to a command; the command gets them by field name."""
 
@@ -37,6 +55,8 @@ def transfer_options(*names: str) -> Decorator:
                 flag, kind = f"{flag}/{flag.replace('--', '--no-')}", None
             elif choices:
                 kind = click.Choice([str(choice) for choice in choices])
+            elif option.metadata["word"]:
+                kind = NumberOrWord(option.metadata["word"])
             else:
                 kind = click.STRING if isinstance(option.default, str) else click.FLOAT
             default = str(option.default) if choices else option.default

@@ -12,6 +12,8 @@ from relit.landmarks import Landmarks
 from relit.pixels import from_unit, to_unit
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from relit.ltv import Decomposition
@@ -30,7 +32,7 @@ STAGES = (
     "result",
 )
 
-_PAPER, _INK = (255, 255, 255), (40, 40, 40)
+PAPER, INK = (255, 255, 255), (40, 40, 40)
 _GROUP_COLORS = (
     "#e6194b",
     "#3cb44b",
@@ -143,19 +145,23 @@ def contact_sheet(
         ("mask", "before", "after", "result"),
     )
     strips = [
-        _strip([(captions[name], panels[name]) for name in row if name in panels], height) for row in rows
+        strip([(captions[name], panels[name]) for name in row if name in panels], height) for row in rows
     ]
-    sheet = Image.new(
-        "RGB", (max(strip.width for strip in strips), sum(strip.height for strip in strips)), _PAPER
-    )
+    return page(strips)
+
+
+def page(strips: Sequence[Image.Image]) -> NDArray[np.uint8]:
+    """Return strips one below the other."""
+    sheet = Image.new("RGB", (max(one.width for one in strips), sum(one.height for one in strips)), PAPER)
     top = 0
-    for strip in strips:
-        sheet.paste(strip, (0, top))
-        top += strip.height
+    for one in strips:
+        sheet.paste(one, (0, top))
+        top += one.height
     return np.asarray(sheet)
 
 
-def _strip(panels: list[tuple[str, NDArray[Any]]], height: int) -> Image.Image:
+def strip(panels: Sequence[tuple[str, NDArray[Any]]], height: int) -> Image.Image:
+    """Return pictures side by side, all of one height, with their captions below."""
     gap, text = height // 24, height // 20
     font = ImageFont.load_default(text)
     pictures = []
@@ -164,12 +170,12 @@ def _strip(panels: list[tuple[str, NDArray[Any]]], height: int) -> Image.Image:
         width = max(round(picture.width * height / picture.height), 1)
         pictures.append(picture.resize((width, height), Image.Resampling.LANCZOS))
     total = gap + sum(picture.width + gap for picture in pictures)
-    strip = Image.new("RGB", (total, height + 2 * gap + 2 * text), _PAPER)
+    strip = Image.new("RGB", (total, height + 2 * gap + 2 * text), PAPER)
     draw = ImageDraw.Draw(strip)
     left = gap
     for (caption, _), picture in zip(panels, pictures, strict=True):
         strip.paste(picture, (left, gap))
-        draw.text((left, height + gap + text // 3), caption, fill=_INK, font=font)
+        draw.text((left, height + gap + text // 3), caption, fill=INK, font=font)
         left += picture.width + gap
     return strip
 

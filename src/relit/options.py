@@ -21,14 +21,13 @@ def _option(
     *,
     flag: str,
     choices: tuple[Any, ...] = (),
+    word: str | None = None,
     at_least: float | None = None,
     above: float | None = None,
 ) -> Any:
-    """Declare an option: its default, help text, command line flag and range."""
-    return field(
-        default=default,
-        metadata={"help": text, "flag": flag, "choices": choices, "at_least": at_least, "above": above},
-    )
+    """Declare an option: default, help, command line flag, range, and a word that may stand for a number."""
+    limits = {"choices": choices, "word": word, "at_least": at_least, "above": above}
+    return field(default=default, metadata={"help": text, "flag": flag, **limits})
 
 
 @dataclass(frozen=True)
@@ -39,9 +38,10 @@ class TransferOptions:
     ----------
     method : {"ltv"}
         How to relight. ``ltv`` is the algorithm of Li, Yin and Deng (2009).
-    lam : float
+    lam : float or "auto"
         λ > 0 for a face whose eyes are 100 px apart; it is scaled by 100 / interocular distance. What is
-        smaller than about 1/λ px on such a face stays the target's.
+        smaller than about 1/λ px on such a face stays the target's. ``auto`` is slightly smaller than 1/G of
+        the target's brows, eyes, nose and mouth: the largest λ at which none of them goes over to the light.
     neighborhood : {4, 8, 16, "isotropic"}
         How total variation measures length: exactly, over 4, 8 or 16 neighbours, or isotropically, by an
         iteration on log I.
@@ -81,12 +81,13 @@ class TransferOptions:
         flag="--method",
         choices=("ltv",),
     )
-    lam: float = _option(
+    lam: float | str = _option(
         0.2,
         "Above 0: how fine the light may be. Low values take only broad light from the reference, higher "
         "ones also its finer shadows, and in the end its features. Scaled by the size of the face, so that "
-        "one value fits every photo.",
+        "one value fits every photo. 'auto' takes it from the size of the features of the target's face.",
         flag="--lambda",
+        word="auto",
         above=0,
     )
     neighborhood: int | str = _option(
@@ -163,9 +164,10 @@ def _check(name: str, value: Any, default: Any, declared: Any) -> None:
     elif isinstance(default, str):
         if not isinstance(value, str):
             raise OptionError(f"{name}: expected a name, got {value!r}")
-    else:
+    elif not (isinstance(value, str) and value == declared["word"]):
         above, at_least = declared["above"], declared["at_least"]
         wanted = f"above {above}" if above is not None else f"of {at_least} or more"
         number = isinstance(value, Real) and not isinstance(value, bool) and bool(np.isfinite(float(value)))
         if not (number and (value > above if above is not None else value >= at_least)):
+            wanted += f", or {declared['word']!r}" if declared["word"] else ""
             raise OptionError(f"{name}: expected a finite number {wanted}, got {value!r}")

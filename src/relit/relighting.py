@@ -23,6 +23,7 @@ from relit.ltv import Decomposition, decompose
 from relit.options import TransferOptions
 from relit.pixels import check_pixels
 from relit.planes import planes_of
+from relit.scale import lam_for
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -154,9 +155,10 @@ def transfer(
     )
 
     planes = planes_of(face, alignment.warped, settings.color_space, settings.channels)  # type: ignore[arg-type]
+    lam = lam_for(landmarks, settings)
     split = partial(
         decompose,
-        lam=settings.lam,
+        lam=lam,
         neighborhood=settings.neighborhood,
         interocular_distance=landmarks.interocular_distance,
     )

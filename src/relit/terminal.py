@@ -86,6 +86,21 @@ def _tell_of_compiling() -> None:
         click.echo("relit: compiling the solver, which takes some seconds on its first use", err=True)
 
 
+@contextlib.contextmanager
+def counted(step: str, total: int) -> Iterator[Callable[[], None]]:
+    """Show how much of a long step is done, on a terminal only; what is lent counts one on."""
+    if not sys.stderr.isatty():
+        yield lambda: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn(step), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(step, total=total)
+        yield lambda: bar.advance(task)
+
+
 def report(as_json: bool, **facts: Any) -> None:
     """Print the facts as JSON, or on a terminal the names of the files."""
     if as_json:

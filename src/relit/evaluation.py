@@ -1,0 +1,312 @@
+"""Running relit over pairs of photos whose true result is known, and summing up how near it comes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass
+from functools import lru_cache, partial
+from multiprocessing import get_context
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from relit.detect import detect_landmarks
+from relit.errors import OptionError
+from relit.image import read_image
+from relit.options import TransferOptions
+from relit.pixels import to_unit
+from relit.relighting import transfer
+from relit.scores import Scores, score
+from relit.yale_b import Light, YaleB, read_table
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from relit.landmarks import Landmarks
+
+#: What costs nothing and must be beaten: the target as it is, and the reference laid over it.
+BASELINES = ("noop", "refcopy")
+
+_DRAWS = 2000  # of the bootstrap
+
+
+@dataclass(frozen=True)
+class Case:
+    """One transfer whose result is known.
+
+    Attributes
+    ----------
+    pair : str
+        Who lends light to whom; cases of one pair are not independent of one another.
+    group : str
+        What the case is summed up with, such as the subset of its light.
+    target, reference, truth : tuple
+        ``(subject, light)`` of a Yale B folder, or ``(path,)``.
+    """
+
+    pair: str
+    group: str
+    target: tuple[Any, ...]
+    reference: tuple[Any, ...]
+    truth: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a method scored in a case, and how long it took in seconds."""
+
+    case: Case
+    method: str
+    scores: Scores
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class Images:
+    """The images of a case, on the target's frame, of values 0 to 255."""
+
+    target: NDArray[Any]
+    reference: NDArray[Any]
+    truth: NDArray[Any]
+    relit: dict[str, NDArray[Any]]
+
+
+def protocol_cases(path: Path, chosen: str) -> list[Case]:
+    """Return the cases of one set of a Yale B protocol.
+
+    Parameters
+    ----------
+    path : Path
+        A CSV file of the columns set, target, reference, target_azimuth, target_elevation, azimuth and
+        elevation.
+    chosen : str
+        The set.
+
+    Raises
+    ------
+    OptionError
+        If the file cannot be read, or has no such set.
+    """
+    columns = ("set", "target", "reference", "target_azimuth", "target_elevation", "azimuth", "elevation")
+    rows = read_table(path, columns)
+    if not any(row["set"] == chosen for row in rows):
+        sets = ", ".join(sorted({row["set"] for row in rows}))
+        raise OptionError(f"--set: {path} has no set {chosen!r}; expected one of {sets}")
+    cases = []
+    for row in rows:
+        if row["set"] != chosen:
+            continue
+        own = Light(int(row["target_azimuth"]), int(row["target_elevation"]))
+        light = Light(int(row["azimuth"]), int(row["elevation"]))
+        target, reference = row["target"], row["reference"]
+        cases.append(
+            Case(
+                f"{target} < {reference}",
+                f"subset {light.subset}",
+                (target, own),
+                (reference, light),
+                (target, light),
+            )
+        )
+    return cases
+
+
+def swapped(case: Case) -> Case:
+    """Return the case of a Yale B folder in which the two faces swap their roles."""
+    (target, own), (reference, light) = case.target, case.reference
+    return Case(
+        f"{reference} < {target}", f"subset {own.subset}", (reference, light), (target, own), (reference, own)
+    )
+
+
+def triple_cases(path: Path) -> list[Case]:
+    """Return the cases of a CSV file of the columns target, reference and truth: paths, from where it is.
+
+    A column ``group`` is what to sum up by; without it, all is one. The truth must lie on its target pixel by
+    pixel.
+
+    Raises
+    ------
+    OptionError
+        If the file cannot be read.
+    """
+    return [
+        Case(
+            f"{row['target']} < {row['reference']}",
+            row.get("group") or "all",
+            *((path.parent / row[name],) for name in ("target", "reference", "truth")),
+        )
+        for row in read_table(path, ("target", "reference", "truth"))
+    ]
+
+
+@lru_cache(maxsize=1)
+def _yale_b(folder: Path) -> YaleB:
+    return YaleB(folder)
+
+
+def images_of(
+    case: Case, methods: Mapping[str, TransferOptions], folder: Path | None
+) -> tuple[Images, dict[str, float]]:
+    """Relight a case by every method; return its images, and the seconds that each took.
+
+    The whole image is relit.
+    """
+    if folder is None:
+        target, reference, truth = (_opened(path) for (path,) in (case.target, case.reference, case.truth))
+        points = [_detected(path) for (path,) in (case.target, case.reference)]
+        place: Callable[[Any], NDArray[Any]] = _in_grey_levels
+    else:
+        yale = _yale_b(folder)
+        target, reference = yale.photo(*case.target), yale.photo(*case.reference)
+        truth = yale.aligned(yale.photo(*case.truth), *case.truth)
+        points = [yale.landmarks(*case.target), yale.landmarks(*case.reference)]
+        place = partial(yale.aligned, subject=case.target[0], light=case.target[1])
+    relit: dict[str, NDArray[Any]] = {"noop": place(target)}
+    seconds = dict.fromkeys(BASELINES, 0.0)
+    for name, options in methods.items():
+        start = time.perf_counter()
+        result = transfer(
+            target,
+            reference,
+            target_landmarks=points[0],
+            reference_landmarks=points[1],
+            options=options.changed(mask=False),
+        )
+        seconds[name] = time.perf_counter() - start
+        relit["refcopy"] = place(result.alignment.warped)
+        relit[name] = place(result.image)
+    return Images(place(target), _in_grey_levels(reference), _in_grey_levels(truth), relit), seconds
+
+
+def _in_grey_levels(image: NDArray[Any]) -> NDArray[Any]:
+    if image.dtype == np.float64 and image.max() > 1:  # aligned already
+        return image
+    return to_unit(image).astype(np.float64) * 255
+
+
+@lru_cache(maxsize=64)
+def _opened(path: Path) -> NDArray[Any]:
+    return read_image(path).pixels
+
+
+@lru_cache(maxsize=64)
+def _detected(path: Path) -> Landmarks:
+    return detect_landmarks(_opened(path), name=str(path))
+
+
+def _outcomes(case: Case, methods: Mapping[str, TransferOptions], folder: Path | None) -> list[Outcome]:
+    images, seconds = images_of(case, methods, folder)
+    return [
+        Outcome(case, name, score(image, images.truth), seconds[name]) for name, image in images.relit.items()
+    ]
+
+
+def evaluate(
+    cases: Sequence[Case],
+    methods: Mapping[str, TransferOptions],
+    *,
+    folder: Path | None = None,
+    jobs: int = 1,
+) -> Iterator[list[Outcome]]:
+    """Score methods and the baselines on every case; yield the outcomes of one case at a time, in any order.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+        From `protocol_cases` or `triple_cases`.
+    methods : mapping of str to TransferOptions
+        How to relight, by name.
+    folder : Path, optional
+        The Yale B folder that the cases are of.
+    jobs : int
+        Processes to work in.
+    """
+    work = partial(_outcomes, methods=methods, folder=folder)
+    if jobs == 1:
+        yield from map(work, cases)
+        return
+    # Forking a process that has threads can hang it.
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+        futures = [pool.submit(work, case) for case in cases]
+        try:
+            for done in as_completed(futures):
+                yield done.result()
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+@dataclass(frozen=True)
+class Summary:
+    """The mean of a figure, with the bounds of its 95 % confidence interval over pairs.
+
+    Attributes
+    ----------
+    method, group, figure : str
+        Of what: the group is ``all`` or one of the cases' groups.
+    mean, low, high : float
+    cases, pairs : int
+        How many it is over.
+    """
+
+    method: str
+    group: str
+    figure: str
+    mean: float
+    low: float
+    high: float
+    cases: int
+    pairs: int
+
+
+def summaries(outcomes: Iterable[Outcome]) -> list[Summary]:
+    """Sum up outcomes by method, and by all cases and each group of them.
+
+    Confidence intervals are those of a bootstrap that draws whole pairs, since what a pair of faces scores
+    under one light says much of what it scores under the next.
+    """
+    outcomes = list(outcomes)
+    groups = sorted({outcome.case.group for outcome in outcomes} - {"all"})
+    methods = sorted({outcome.method for outcome in outcomes}, key=lambda m: (m not in BASELINES, m))
+    result = []
+    for group in ("all", *groups):
+        for method in methods:
+            chosen = [o for o in outcomes if o.method == method and group in ("all", o.case.group)]
+            pairs = sorted({outcome.case.pair for outcome in chosen})
+            index = np.array([pairs.index(outcome.case.pair) for outcome in chosen])
+            for figure in Scores.__dataclass_fields__:
+                values = np.array([getattr(outcome.scores, figure) for outcome in chosen])
+                low, high = _interval(values, index, len(pairs))
+                result.append(
+                    Summary(method, group, figure, float(values.mean()), low, high, len(chosen), len(pairs))
+                )
+    return result
+
+
+def _interval(values: NDArray[np.float64], pair: NDArray[np.int64], pairs: int) -> tuple[float, float]:
+    sums, counts = np.bincount(pair, values, pairs), np.bincount(pair, minlength=pairs)
+    drawn = np.random.default_rng(0).integers(0, pairs, (_DRAWS, pairs))
+    means = sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1)
+    low, high = np.percentile(means, [2.5, 97.5])
+    return float(low), float(high)
+
+
+def as_record(outcome: Outcome) -> dict[str, Any]:
+    """Return an outcome as the row of a table."""
+    case = outcome.case
+    names = {
+        role: " ".join(
+            str(part) if not isinstance(part, Light) else "{:+04d}{:+03d}".format(*part) for part in where
+        )
+        for role, where in (("target", case.target), ("reference", case.reference), ("truth", case.truth))
+    }
+    return {
+        **names,
+        "group": case.group,
+        "method": outcome.method,
+        **asdict(outcome.scores),
+        "seconds": outcome.seconds,
+    }
