@@ -67,7 +67,7 @@ def test_a_folder_without_the_extras_is_read_as_well(yaleb, tmp_path):
     assert plain.lights("yaleB04") == [FRONTAL, Light(35, 15)]
     assert plain.offset("yaleB04", Light(35, 15)) == (0, 0)
     found, given = plain.landmarks("yaleB04", FRONTAL), full.landmarks("yaleB04", FRONTAL)
-    assert np.median(np.linalg.norm(found.xy - given.xy, axis=1)) < 2
+    assert np.median(np.linalg.norm(found.xy - given.xy, axis=1)) < 4
 
 
 def test_a_folder_of_something_else_is_refused(tmp_path):

@@ -55,7 +55,7 @@ class Light(NamedTuple):
         >>> Light(0, 0).subset, Light(-35, 40).subset, Light(120, 0).subset
         (1, 3, 5)
         """
-        return 1 + sum(self.angle > limit for limit in (12, 25, 52, 77))
+        return 1 + sum(self.angle > limit + 1e-6 for limit in (12, 25, 52, 77))
 
 
 FRONTAL = Light(0, 0)
