@@ -33,9 +33,10 @@ from relit.detect import detect_landmarks
 from relit.image import Photo, read_image, write_image
 from relit.landmark_files import read_landmarks, write_landmarks
 from relit.landmarks import Landmarks
-from relit.ltv import decompose
+from relit.ltv import decompose, normalize
 from relit.options import TransferOptions
 from relit.samples import sample
+from relit.scale import automatic_lam
 
 FACES = "--target-landmarks target.csv --reference-landmarks reference.csv"
 TRANSFER = f"transfer target.png reference.png {FACES}"
@@ -540,6 +541,28 @@ class TestOtherCommands:
             "eye_distance": distance,
         }
 
+    def test_lambda_auto(self, studio, succeed):
+        lam = automatic_lam(studio.target_found)
+        report = json.loads(succeed("decompose target.png -o parts --json --lambda auto"))
+        assert report["lambda_px"] == pytest.approx(lam * 100 / studio.target_found.interocular_distance)
+        report = json.loads(succeed("transfer target.png reference.png -o out.png --json --lambda auto"))
+        assert report["options"]["lam"] == "auto"
+        assert report["lambda_px"] == pytest.approx(lam * 100 / studio.target_found.interocular_distance)
+
+    @pytest.mark.parametrize("flags", ["--landmarks target.csv", "--eye-distance 50 --neighborhood 8"])
+    def test_normalize(self, studio, succeed, flags):
+        report = json.loads(succeed(f"normalize target.png -o light-free.png --json --lambda 0.5 {flags}"))
+        distance = 50 if "50" in flags else studio.target_landmarks.interocular_distance
+        v = normalize(
+            studio.target, 0.5, neighborhood=8 if "8" in flags else 4, interocular_distance=distance
+        )
+        assert np.abs(pixels_of("light-free.png") / 255 - v).max() <= 0.5 / 255 + 1e-6
+        assert report == {
+            "output": "light-free.png",
+            "lambda_px": pytest.approx(0.5 * 100 / distance),
+            "eye_distance": distance,
+        }
+
     def test_decompose_finds_the_face(self, studio, succeed):
         report = json.loads(succeed("decompose target.png -o parts --json"))
         assert report["eye_distance"] == studio.target_found.interocular_distance
@@ -716,9 +739,10 @@ class TestRefusals:
         assert flag.strip("-")[:3] in line
 
     def test_lambda_is_above_0(self, fail):
-        assert "expected a finite number above 0, got 0.0" in fail(
-            f"{TRANSFER} -o out.png --lambda 0", code=2
-        )
+        line = fail(f"{TRANSFER} -o out.png --lambda 0", code=2)
+        assert "--lambda: expected a finite number above 0, or 'auto', got 0.0" in line
+        line = fail(f"{TRANSFER} -o out.png --lambda little", code=2)
+        assert "'little' is neither a number nor 'auto'" in line
 
     @pytest.mark.parametrize("value", ["0", "-3", "nan", "inf", "abc"])
     def test_eye_distance(self, fail, value):
@@ -727,6 +751,8 @@ class TestRefusals:
     @pytest.mark.parametrize(
         ("command", "message"),
         [
+            ("decompose target.png -o parts --lambda auto --eye-distance 50", "auto needs the face"),
+            ("normalize target.png -o - --json", "stdout cannot take both"),
             (f"{TRANSFER} -o out.png --neighborhood 5", "'5' is not one of '4', '8', '16', 'isotropic'"),
             (f"{TRANSFER} -o out.png --kernel foo", "'foo' is not one of 'thin_plate_spline'"),
             (f"{TRANSFER} -o out.png --color-space lab", "'lab' is not one of 'rgb', 'hsv', 'ycbcr'"),
@@ -810,6 +836,9 @@ OTHERS = {
     "transfer": PHOTOS | {"output", "swap", "stages", "force", "as_json"},
     "align": PHOTOS | {"output", "force", "as_json"},
     "decompose": {"image", "output", "landmarks", "face", "eye_distance", "force", "as_json"},
+    "normalize": {"image", "output", "landmarks", "face", "eye_distance", "force", "as_json"},
+    "evaluate": {"source", "protocol", "chosen", "lams", "jobs", "limit", "output", "figure", "number"}
+    | {"force", "as_json"},
     "landmarks": {"image", "output", "overlay", "face", "force", "as_json"},
     "samples": {"folder", "force", "as_json"},
 }
@@ -817,6 +846,8 @@ OPTIONS = {
     "transfer": set(FIELDS),
     "align": {"kernel", "affine", "smoothing"},
     "decompose": {"lam", "neighborhood"},
+    "normalize": {"lam", "neighborhood"},
+    "evaluate": {"method", "neighborhood", "kernel", "affine", "smoothing"},
 }
 
 

@@ -13,8 +13,9 @@ from skimage import data
 from relit import ltv
 from relit.certificate import certify
 from relit.errors import ImageError, OptionError
-from relit.ltv import DARKEST, decompose
+from relit.ltv import DARKEST, decompose, normalize
 from relit.primal_dual import tv_l1_isotropic
+from relit.yale_b import FRONTAL, YaleB
 
 images = arrays(np.uint8, st.tuples(st.integers(8, 12), st.integers(8, 12)), elements=st.integers(0, 255))
 
@@ -122,3 +123,36 @@ def test_an_isotropic_split_that_did_not_converge_is_told(monkeypatch):
     monkeypatch.setattr(ltv, "tv_l1_isotropic", hurried)
     with pytest.warns(RuntimeWarning, match="stopped after 20 iterations"):
         decompose(data.astronaut()[60:100, 200:240, 1], 0.05, neighborhood="isotropic")
+
+
+@pytest.mark.slow
+def test_people_are_recognised_on_v_and_not_on_the_pixels(yaleb):
+    """Nearest neighbour by mean absolute difference, from one frontal image per person; 10 people."""
+    yale = YaleB(yaleb)
+    distance = yale.landmarks("yaleB01", FRONTAL).interocular_distance
+
+    def rates(features):
+        gallery = np.stack([features(yale.photo(subject, FRONTAL)) for subject in yale.subjects])
+        hits = {2: [], 3: [], 4: []}
+        for row, subject in enumerate(yale.subjects):
+            for light in yale.lights(subject):
+                if light.subset in hits:
+                    image = features(yale.photo(subject, light))
+                    hits[light.subset].append(np.abs(gallery - image).mean(axis=(1, 2)).argmin() == row)
+        return {subset: float(np.mean(hit)) for subset, hit in hits.items()}
+
+    raw = rates(lambda image: image.astype(float))
+    normal = rates(lambda image: normalize(image, interocular_distance=distance))
+    print("identified on pixels", raw, "and on v", normal)
+    assert normal[2] >= raw[2]
+    assert normal[3] > raw[3] + 0.3
+    assert normal[4] > raw[4] + 0.4
+
+
+def test_normalization_takes_colour_as_its_luma_and_any_depth():
+    image = data.astronaut()[60:120, 190:250]
+    assert normalize(image).shape == image.shape[:2]
+    grey = normalize(image[..., 1])
+    np.testing.assert_array_equal(normalize(image[..., 1].astype(np.uint16) * 257), grey)
+    assert 0 < grey.min() < 0.5 < grey.max() <= 1
+    np.testing.assert_allclose(2 * grey, np.minimum(decompose(image[..., 1]).v, 2))

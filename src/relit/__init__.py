@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from relit.landmark_files import read_landmarks, write_landmarks
     from relit.landmarks import Landmarks
     from relit.level_sets import tv_l1
-    from relit.ltv import Decomposition, decompose
+    from relit.ltv import Decomposition, decompose, normalize
     from relit.options import TransferOptions
     from relit.primal_dual import IsotropicSolution, tv_l1_isotropic
     from relit.relighting import TransferResult, transfer
@@ -64,6 +64,7 @@ _HOME = {
     "decompose": "ltv",
     "detect_faces": "detect",
     "detect_landmarks": "detect",
+    "normalize": "ltv",
     "read_image": "image",
     "read_landmarks": "landmark_files",
     "sample": "samples",
@@ -94,6 +95,7 @@ __all__ = [
     "decompose",
     "detect_faces",
     "detect_landmarks",
+    "normalize",
     "read_image",
     "read_landmarks",
     "sample",

@@ -10,7 +10,7 @@ from __future__ import annotations
 import sys
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -18,16 +18,16 @@ from relit import __version__
 from relit.cli_evaluate import evaluate
 from relit.cli_options import (
     ALIGNMENT,
-    SPLIT,
-    face_options,
     force_option,
     json_option,
     pair_options,
     settings_of,
     transfer_options,
 )
+from relit.cli_split import decompose, normalize
 from relit.terminal import (
     PictureFolder,
+    Source,
     about,
     exit_code_of,
     progress,
@@ -38,8 +38,7 @@ from relit.terminal import (
 )
 
 if TYPE_CHECKING:
-    from relit.image import Photo
-    from relit.landmarks import Landmarks
+    pass
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -60,27 +59,6 @@ def relit() -> None:
       relit samples photos
       relit transfer photos/target.png photos/reference.jpg -o relit.png
     """  # noqa: D301 (click reads the backspace as «do not wrap»)
-
-
-class Source(NamedTuple):
-    """A photo as the command line gives it: its argument's name, path, and where its face is."""
-
-    argument: str
-    path: str
-    landmarks: str | None
-    face: int | None
-
-    def face_in(self, photo: Photo) -> Landmarks:
-        """Read the landmarks, or find them."""
-        from relit.detect import detect_landmarks
-        from relit.landmark_files import read_landmarks
-        from relit.landmarks import check_inside
-
-        if self.landmarks is not None:
-            found = read_landmarks(self.landmarks, face=self.face)
-            check_inside(found, photo.pixels.shape, f"{self.argument}_landmarks")
-            return found
-        return detect_landmarks(photo.pixels, face=self.face or 0, name=self.argument)
 
 
 @relit.command()
@@ -204,60 +182,6 @@ def align(
 
 @relit.command()
 @click.argument("image")
-@click.option("-o", "--output", required=True, metavar="DIR", help="Folder for u.png and v.png.")
-@face_options("photo")
-@click.option(
-    "--eye-distance",
-    type=click.FLOAT,
-    metavar="PX",
-    help="Distance of the eyes in px, which sets the scale of lambda, instead of finding the face; at 100, "
-    "lambda is in 1/px.",
-)
-@transfer_options(*SPLIT)
-@force_option
-@json_option
-def decompose(
-    image: str,
-    output: str,
-    landmarks: str | None,
-    face: int | None,
-    eye_distance: float | None,
-    force: bool,
-    as_json: bool,
-    **given: Any,
-) -> None:
-    """Split IMAGE into light (u) and person (v): I = u * v.
-
-    In the picture of v, 1 is mid grey, and 2 and above is white.
-    """
-    settings = settings_of(given)
-    if eye_distance is not None and (landmarks or face is not None):
-        raise click.UsageError("--eye-distance stands in for the face; give it, or --landmarks and --face.")
-
-    if eye_distance is not None and settings.lam == "auto":
-        raise click.UsageError("--lambda auto needs the face; give --landmarks instead of --eye-distance.")
-
-    from relit.figures import split_pictures
-    from relit.ltv import decompose as run
-    from relit.scale import lam_for
-
-    folder = PictureFolder(output, ("u.png", "v.png"), force)
-    photo = read_photo(image)
-    if eye_distance is None:
-        with progress("Finding the face"):
-            found = Source("image", image, landmarks, face).face_in(photo)
-        eye_distance, lam = found.interocular_distance, lam_for(found, settings)
-    else:
-        lam = float(settings.lam)
-    with solving("Splitting"):
-        split = run(photo.pixels, lam, neighborhood=settings.neighborhood, interocular_distance=eye_distance)
-    u, v = split_pictures(split)
-    saved = folder.save({"u.png": u, "v.png": v})
-    report(as_json, output=saved, lambda_px=split.lam, eye_distance=eye_distance)
-
-
-@relit.command()
-@click.argument("image")
 @click.option(
     "-o", "--output", metavar="FILE", help="File to write: .pts, .tem, .json, .ljson, .csv or .xml."
 )
@@ -311,7 +235,8 @@ def samples(folder: str, force: bool, as_json: bool) -> None:
     report(as_json, output=[str(path) for path in copy_samples(Path(folder), overwrite=force)])
 
 
-relit.add_command(evaluate)
+for _command in (decompose, normalize, evaluate):
+    relit.add_command(_command)
 
 
 def _check_streams(output: str, as_json: bool, *inputs: str) -> None:

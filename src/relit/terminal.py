@@ -7,7 +7,7 @@ import json
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -145,6 +145,27 @@ def read_photo(path: str) -> Photo:
     photo = read_image(path)
     check_pixels(photo.pixels, path)
     return photo
+
+
+class Source(NamedTuple):
+    """A photo as the command line gives it: its argument's name, path, and where its face is."""
+
+    argument: str
+    path: str
+    landmarks: str | None
+    face: int | None
+
+    def face_in(self, photo: Photo) -> Landmarks:
+        """Read the landmarks, or find them."""
+        from relit.detect import detect_landmarks
+        from relit.landmark_files import read_landmarks
+        from relit.landmarks import check_inside
+
+        if self.landmarks is not None:
+            found = read_landmarks(self.landmarks, face=self.face)
+            check_inside(found, photo.pixels.shape, f"{self.argument}_landmarks")
+            return found
+        return detect_landmarks(photo.pixels, face=self.face or 0, name=self.argument)
 
 
 class PictureFolder:
