@@ -23,7 +23,7 @@ LAYERS = [
     {"landmark_files", "detect", "mincut", "primal_dual"},
     {"level_sets"},
     {"certificate", "alignment", "ltv"},
-    {"planes", "compose", "scale"},
+    {"planes", "compose", "scale", "methods"},
     {"relighting"},
     {"figures", "samples", "terminal", "cli_options", "yale_b", "scores"},
     {"evaluation"},

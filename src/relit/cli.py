@@ -121,7 +121,7 @@ def transfer(
         stages=saved,
         target=about(source.path, photo, here),
         reference=about(light_source.path, light, there),
-        lambda_px=result.target_split.lam,
+        lambda_px=result.target_split.lam if result.target_split else None,
         smoothing=result.alignment.smoothing,
         folded=result.alignment.folded,
         options=asdict(settings),

@@ -61,21 +61,19 @@ def stage_pictures(result: TransferResult) -> dict[str, NDArray[Any]]:
     Returns
     -------
     dict
-        ``target`` and ``reference`` with their landmarks, ``warped_reference``, u and v of both, ``mask`` if
-        there is one, and ``result`` in the target's dtype. u and v show the channels that were relit, as
-        planes of grey or RGB, and from ``warped_reference`` to ``mask`` all cover `result.region`.
+        ``target`` and ``reference`` with their landmarks, ``warped_reference``, u and v of both if
+        the method splits, ``mask`` if there is one, and ``result`` in the target's dtype. u and v show the
+        channels that were relit, as planes of grey or RGB, and from ``warped_reference`` to ``mask`` all
+        cover `result.region`.
     """
-    target_u, target_v = split_pictures(result.target_split)
-    reference_u, reference_v = split_pictures(result.reference_split)
     pictures = {
         "target": landmark_overlay(result.target, result.target_landmarks),
         "reference": landmark_overlay(result.reference, result.reference_landmarks),
         "warped_reference": result.alignment.warped,
-        "target_u": target_u,
-        "target_v": target_v,
-        "reference_u": reference_u,
-        "reference_v": reference_v,
     }
+    for role, split in (("target", result.target_split), ("reference", result.reference_split)):
+        if split is not None:
+            pictures[f"{role}_u"], pictures[f"{role}_v"] = split_pictures(split)
     if result.mask is not None:
         pictures["mask"] = from_unit(result.mask, np.uint8)
     return pictures | {"result": result.image}
@@ -145,7 +143,9 @@ def contact_sheet(
         ("mask", "before", "after", "result"),
     )
     strips = [
-        strip([(captions[name], panels[name]) for name in row if name in panels], height) for row in rows
+        strip([(captions[name], panels[name]) for name in row if name in panels], height)
+        for row in rows
+        if any(name in panels for name in row)
     ]
     return page(strips)
 

@@ -36,8 +36,9 @@ class TransferOptions:
 
     Attributes
     ----------
-    method : {"ltv"}
-        How to relight. ``ltv`` is the algorithm of Li, Yin and Deng (2009).
+    method : {"ltv", "log-gaussian", "wls", "moments", "histogram", "spherical-harmonics"}
+        How to relight. ``ltv`` is the algorithm of Li, Yin and Deng (2009); the others are there to compare
+        it with, each in a module of `relit.methods`.
     lam : float or "auto"
         λ > 0 for a face whose eyes are 100 px apart; it is scaled by 100 / interocular distance. What is
         smaller than about 1/λ px on such a face stays the target's. ``auto`` is slightly smaller than 1/G of
@@ -72,14 +73,15 @@ class TransferOptions:
     >>> TransferOptions(lam=-1)
     Traceback (most recent call last):
         ...
-    relit.errors.OptionError: lam: expected a finite number above 0, got -1
+    relit.errors.OptionError: lam: expected a finite number above 0, or 'auto', got -1
     """
 
     method: str = _option(
         "ltv",
-        "How to relight. 'ltv' is the algorithm of Li, Yin and Deng (2009).",
+        "How to relight. 'ltv' is the algorithm of Li, Yin and Deng (2009); the others are simpler ones to "
+        "compare it with.",
         flag="--method",
-        choices=("ltv",),
+        choices=("ltv", "log-gaussian", "wls", "moments", "histogram", "spherical-harmonics"),
     )
     lam: float | str = _option(
         0.2,

@@ -7,9 +7,7 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +17,9 @@ from relit.compose import blend, face_mask, face_outline
 from relit.detect import detect_landmarks
 from relit.image import Photo, in_one_profile
 from relit.landmarks import Landmarks, as_landmarks, check_inside, check_pair
-from relit.ltv import Decomposition, decompose
+from relit.ltv import Decomposition
+from relit.methods import METHODS
+from relit.methods.scene import Scene
 from relit.options import TransferOptions
 from relit.pixels import check_pixels
 from relit.planes import planes_of
@@ -51,8 +51,9 @@ class TransferResult:
         ``mask=False`` the whole image.
     alignment : Alignment
         The reference laid over the region.
-    target_split, reference_split : Decomposition
-        Of the region and of the warped reference, in the channels that were relit.
+    target_split, reference_split : Decomposition or None
+        Of the region and of the warped reference, in the channels that were relit; None of methods that do
+        not split.
     relit : (h, w) or (h, w, 3) float32 array
         ``u(warped reference) · v(target)``, in grey or RGB, before it is blended and clipped to [0, 1].
     mask : (h, w) float32 array or None
@@ -67,8 +68,8 @@ class TransferResult:
     reference_landmarks: Landmarks
     region: tuple[slice, slice]
     alignment: Alignment
-    target_split: Decomposition
-    reference_split: Decomposition
+    target_split: Decomposition | None
+    reference_split: Decomposition | None
     relit: NDArray[np.float32]
     mask: NDArray[np.float32] | None
     options: TransferOptions
@@ -155,21 +156,21 @@ def transfer(
     )
 
     planes = planes_of(face, alignment.warped, settings.color_space, settings.channels)  # type: ignore[arg-type]
-    lam = lam_for(landmarks, settings)
-    split = partial(
-        decompose,
-        lam=lam,
-        neighborhood=settings.neighborhood,
-        interocular_distance=landmarks.interocular_distance,
+    mask = face_mask(landmarks, face.shape)
+    relight = METHODS[settings.method]
+    scene = Scene(
+        planes.target,
+        planes.reference,
+        landmarks,
+        mask > 0.5 if (mask > 0.5).any() else np.ones(mask.shape, bool),
+        lam_for(landmarks, settings),
+        settings.neighborhood,
     )
-    with ThreadPoolExecutor(2) as pool:
-        of_target, of_reference = pool.map(split, (planes.target, planes.reference))
-    v = of_target.v if of_target.v.ndim == of_reference.u.ndim else of_target.v[..., None]
-    relit = planes.rebuild(of_reference.u * v)
+    result = relight(scene)
+    relit = planes.rebuild(result.planes)
 
-    mask = face_mask(landmarks, face.shape) if settings.mask else None
     image = np.repeat(target[..., None], 3, axis=2) if relit.ndim > target.ndim else target.copy()
-    image[region] = blend(face, relit, mask)
+    image[region] = blend(face, relit, mask if settings.mask else None)
     return TransferResult(
         image,
         target,
@@ -178,10 +179,10 @@ def transfer(
         there,
         region,
         alignment,
-        of_target,
-        of_reference,
+        result.target_split,
+        result.reference_split,
         relit,
-        mask,
+        mask if settings.mask else None,
         settings,
     )
 

@@ -1,0 +1,18 @@
+"""Ways to relight a target by a reference that lies on it: the paper's, and baselines to compare it with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from relit.methods import log_gaussian, ltv_swap, spherical_harmonics, statistics, wls
+from relit.methods.scene import Relit, Scene
+
+#: Name in `TransferOptions` → what takes a `Scene` and returns `Relit`.
+METHODS: dict[str, Callable[[Scene], Relit]] = {
+    "ltv": ltv_swap.relight,
+    "log-gaussian": log_gaussian.relight,
+    "wls": wls.relight,
+    "moments": statistics.match_moments,
+    "histogram": statistics.match_histogram,
+    "spherical-harmonics": spherical_harmonics.relight,
+}

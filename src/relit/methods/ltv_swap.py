@@ -1,0 +1,21 @@
+"""The method of Li, Yin and Deng (2009): large scales by the logarithmic total variation model."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+
+from relit.ltv import decompose
+from relit.methods.scene import Relit, Scene, recombined
+
+
+def relight(scene: Scene) -> Relit:
+    """Return u(reference) · v(target)."""
+    split = partial(
+        decompose,
+        lam=scene.lam,
+        neighborhood=scene.neighborhood,
+        interocular_distance=scene.landmarks.interocular_distance,
+    )
+    with ThreadPoolExecutor(2) as pool:
+        return recombined(*pool.map(split, (scene.target, scene.reference)))

@@ -1,0 +1,72 @@
+"""What a method gets and gives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from relit.ltv import FACE_SCALE
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from relit.landmarks import Landmarks
+    from relit.ltv import Decomposition
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Two photos of one frame: the planes to relight, and where the face is.
+
+    Attributes
+    ----------
+    target, reference : (H, W) or (H, W, 3) array
+        Planes of the target, and of the reference laid over it. A target of one plane serves all three of a
+        reference.
+    landmarks : Landmarks
+        Of the target.
+    face : (H, W) bool array
+        The pixels of the face.
+    lam : float
+        λ for a face whose eyes are 100 px apart.
+    neighborhood : int or str
+        As in `TransferOptions`.
+    """
+
+    target: NDArray[Any]
+    reference: NDArray[Any]
+    landmarks: Landmarks
+    face: NDArray[np.bool_]
+    lam: float
+    neighborhood: int | str
+
+    @property
+    def lam_px(self) -> float:
+        """λ in px⁻¹."""
+        return self.lam * FACE_SCALE / self.landmarks.interocular_distance
+
+
+class Relit(NamedTuple):
+    """Relit planes, and the splits that they are made of, if any."""
+
+    planes: NDArray[np.float32]
+    target_split: Decomposition | None = None
+    reference_split: Decomposition | None = None
+
+
+def recombined(target: Decomposition, reference: Decomposition) -> Relit:
+    """Return the light of one split on the person of another: u(reference) · v(target)."""
+    v = target.v if target.v.ndim == reference.u.ndim else target.v[..., None]
+    return Relit(reference.u * v, target, reference)
+
+
+def as_planes(image: NDArray[Any]) -> list[NDArray[Any]]:
+    """Return the planes of an image, one by one."""
+    return [image] if image.ndim == 2 else list(np.moveaxis(image, -1, 0))
+
+
+def stacked(planes: list[NDArray[Any]]) -> NDArray[np.float32]:
+    """Return an image of one plane or several."""
+    return np.asarray(planes[0] if len(planes) == 1 else np.stack(planes, axis=-1), np.float32)

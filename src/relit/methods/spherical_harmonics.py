@@ -1,0 +1,85 @@
+"""A baseline that knows shape: the ratio of two lights of nine spherical harmonics each [1]_.
+
+A convex matt surface of one albedo under distant light has the brightness ``Σ l_k Y_k(n)``, with harmonics
+of order 2 at most [2]_. The nine l_k of either photo are found by least squares over the face, on the
+normals of the target's landmark mesh, and ``target · (Y l_reference) / (Y l_target)`` is the relit face. It
+casts no shadows and removes none.
+
+References
+----------
+.. [1] Z. Wen, Z. Liu, T. S. Huang, "Face relighting with radiance environment maps", CVPR 2003.
+.. [2] R. Ramamoorthi, P. Hanrahan, "An efficient representation for irradiance environment maps", SIGGRAPH
+       2001.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
+from scipy.spatial import Delaunay
+
+from relit.errors import LandmarkError
+from relit.methods.scene import Relit, Scene, as_planes, stacked
+from relit.pixels import to_unit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from relit.landmarks import Landmarks
+
+_DARKEST = 0.05  # of the brightest that a light makes: what it leaves darker is no base for a ratio
+_RATIO = 8.0  # and no ratio goes beyond this, nor below its inverse
+
+
+def relight(scene: Scene) -> Relit:
+    """Return target · ratio of the lights."""
+    basis = harmonics(mesh_normals(scene.landmarks, scene.face.shape))
+    targets = as_planes(to_unit(scene.target).astype(np.float64))
+    references = as_planes(to_unit(scene.reference).astype(np.float64))
+    relit = []
+    for plane, reference in zip(targets * (len(references) // len(targets)), references, strict=True):
+        shade, light = (_shading(basis, image, scene.face) for image in (plane, reference))
+        relit.append(plane * np.clip(light / shade, 1 / _RATIO, _RATIO))
+    return Relit(np.clip(stacked(relit), 0, 1))
+
+
+def _shading(basis: NDArray[np.float64], image: NDArray[Any], face: NDArray[np.bool_]) -> NDArray[np.float64]:
+    light, *_ = np.linalg.lstsq(basis[face], image[face], rcond=None)
+    shade = basis @ light
+    return np.asarray(np.maximum(shade, _DARKEST * shade[face].max()))
+
+
+def harmonics(normals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the nine harmonics up to order 2, without their constants, of (..., 3) unit vectors."""
+    x, y, z = np.moveaxis(normals, -1, 0)
+    return np.stack([np.ones_like(x), x, y, z, x * y, x * z, y * z, x * x - y * y, 3 * z * z - 1], axis=-1)
+
+
+def mesh_normals(landmarks: Landmarks, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Return the unit normal of a face at every pixel, towards the camera, from landmarks with a depth.
+
+    Raises
+    ------
+    LandmarkError
+        If the landmarks have none.
+    """
+    points = landmarks.points
+    if points.shape[1] < 3:
+        raise LandmarkError(
+            "landmarks: expected points with a depth (x, y, z), as the detector gives, got two dimensions; "
+            "choose another method, or let the landmarks be detected"
+        )
+    triangles = Delaunay(points[:, :2]).simplices
+    a, b, c = (points[triangles[:, corner]] for corner in range(3))
+    facets = np.cross(b - a, c - a)  # as long as the triangle is large
+    facets *= -np.sign(facets[:, 2:])
+    at_points = np.zeros_like(points)
+    for corner in range(3):
+        np.add.at(at_points, triangles[:, corner], facets)
+    y, x = np.indices(shape[:2])
+    normals = LinearNDInterpolator(points[:, :2], at_points)(x, y)
+    outside = np.isnan(normals[..., 0])
+    normals[outside] = NearestNDInterpolator(points[:, :2], at_points)(x[outside], y[outside])
+    return np.asarray(normals / np.linalg.norm(normals, axis=-1, keepdims=True))
