@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from relit.detect import detect_landmarks
 from relit.errors import OptionError
@@ -230,13 +231,18 @@ def evaluate(
         yield from map(work, cases)
         return
     # Forking a process that has threads can hang it.
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(jobs, get_context("spawn"), _use_one_thread) as pool:
         futures = [pool.submit(work, case) for case in cases]
         try:
             for done in as_completed(futures):
                 yield done.result()
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _use_one_thread() -> None:
+    """Keep the processes' linear algebra out of one another's way."""
+    threadpool_limits(1)
 
 
 @dataclass(frozen=True)
