@@ -8,18 +8,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from relit.cases import Case, protocol_cases, swapped, triple_cases
 from relit.cli import relit as command
 from relit.errors import ImageError, OptionError
-from relit.evaluation import (
-    Case,
-    Outcome,
-    evaluate,
-    images_of,
-    protocol_cases,
-    summaries,
-    swapped,
-    triple_cases,
-)
+from relit.evaluation import Outcome, evaluate, images_of, summaries
 from relit.evaluation_figure import difference_histogram, truth_figure
 from relit.image import read_image, write_image
 from relit.options import TransferOptions

@@ -26,6 +26,7 @@ LAYERS = [
     {"planes", "compose", "scale", "methods"},
     {"relighting"},
     {"figures", "samples", "terminal", "cli_options", "yale_b", "scores"},
+    {"cases"},
     {"evaluation"},
     {"evaluation_figure"},
     {"cli_evaluate", "cli_split"},

@@ -18,7 +18,8 @@ from relit.terminal import counted, report
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from relit.evaluation import Case, Summary
+    from relit.cases import Case
+    from relit.evaluation import Summary
     from relit.options import TransferOptions
 
 _EVALUATED = (
@@ -83,7 +84,8 @@ def evaluate(
     gain  the same after the best exposure
     ssim  structural similarity after it: is it still this person?
     """  # noqa: D301 (click reads the backspace as «do not wrap»)
-    from relit.evaluation import as_record, protocol_cases, summaries, triple_cases
+    from relit.cases import protocol_cases, triple_cases
+    from relit.evaluation import as_record, summaries
     from relit.evaluation import evaluate as run
     from relit.files import check_free, save_atomically
     from relit.threads import available
@@ -133,7 +135,8 @@ def _label(options: TransferOptions, lams: Sequence[float | str]) -> str:
 def _draw(
     case: Case, methods: dict[str, TransferOptions], folder: Path | None, figure: str, force: bool
 ) -> None:
-    from relit.evaluation import images_of, swapped
+    from relit.cases import swapped
+    from relit.evaluation import images_of
     from relit.evaluation_figure import truth_figure
     from relit.image import write_image
 

@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from relit.cases import Case
 from relit.detect import detect_landmarks
-from relit.errors import OptionError
 from relit.image import read_image
 from relit.options import TransferOptions
 from relit.pixels import to_unit
 from relit.relighting import transfer
 from relit.scores import Scores, score
-from relit.yale_b import Light, YaleB, read_table
+from relit.yale_b import Light, YaleB
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -32,27 +32,6 @@ if TYPE_CHECKING:
 BASELINES = ("noop", "refcopy")
 
 _DRAWS = 2000  # of the bootstrap
-
-
-@dataclass(frozen=True)
-class Case:
-    """One transfer whose result is known.
-
-    Attributes
-    ----------
-    pair : str
-        Who lends light to whom; cases of one pair are not independent of one another.
-    group : str
-        What the case is summed up with, such as the subset of its light.
-    target, reference, truth : tuple
-        ``(subject, light)`` of a Yale B folder, or ``(path,)``.
-    """
-
-    pair: str
-    group: str
-    target: tuple[Any, ...]
-    reference: tuple[Any, ...]
-    truth: tuple[Any, ...]
 
 
 @dataclass(frozen=True)
@@ -73,75 +52,6 @@ class Images:
     reference: NDArray[Any]
     truth: NDArray[Any]
     relit: dict[str, NDArray[Any]]
-
-
-def protocol_cases(path: Path, chosen: str) -> list[Case]:
-    """Return the cases of one set of a Yale B protocol.
-
-    Parameters
-    ----------
-    path : Path
-        A CSV file of the columns set, target, reference, target_azimuth, target_elevation, azimuth and
-        elevation.
-    chosen : str
-        The set.
-
-    Raises
-    ------
-    OptionError
-        If the file cannot be read, or has no such set.
-    """
-    columns = ("set", "target", "reference", "target_azimuth", "target_elevation", "azimuth", "elevation")
-    rows = read_table(path, columns)
-    if not any(row["set"] == chosen for row in rows):
-        sets = ", ".join(sorted({row["set"] for row in rows}))
-        raise OptionError(f"--set: {path} has no set {chosen!r}; expected one of {sets}")
-    cases = []
-    for row in rows:
-        if row["set"] != chosen:
-            continue
-        own = Light(int(row["target_azimuth"]), int(row["target_elevation"]))
-        light = Light(int(row["azimuth"]), int(row["elevation"]))
-        target, reference = row["target"], row["reference"]
-        cases.append(
-            Case(
-                f"{target} < {reference}",
-                f"subset {light.subset}",
-                (target, own),
-                (reference, light),
-                (target, light),
-            )
-        )
-    return cases
-
-
-def swapped(case: Case) -> Case:
-    """Return the case of a Yale B folder in which the two faces swap their roles."""
-    (target, own), (reference, light) = case.target, case.reference
-    return Case(
-        f"{reference} < {target}", f"subset {own.subset}", (reference, light), (target, own), (reference, own)
-    )
-
-
-def triple_cases(path: Path) -> list[Case]:
-    """Return the cases of a CSV file of the columns target, reference and truth: paths, from where it is.
-
-    A column ``group`` is what to sum up by; without it, all is one. The truth must lie on its target pixel by
-    pixel.
-
-    Raises
-    ------
-    OptionError
-        If the file cannot be read.
-    """
-    return [
-        Case(
-            f"{row['target']} < {row['reference']}",
-            row.get("group") or "all",
-            *((path.parent / row[name],) for name in ("target", "reference", "truth")),
-        )
-        for row in read_table(path, ("target", "reference", "truth"))
-    ]
 
 
 @lru_cache(maxsize=1)
@@ -218,7 +128,7 @@ def evaluate(
     Parameters
     ----------
     cases : sequence of Case
-        From `protocol_cases` or `triple_cases`.
+        From `cases.protocol_cases` or `cases.triple_cases`.
     methods : mapping of str to TransferOptions
         How to relight, by name.
     folder : Path, optional

@@ -5,7 +5,8 @@ neighbours, with unit weights for 4 neighbours and the Cauchy-Crofton weights of
 discrete co-area formula the energy is a sum over thresholds, each a binary cut, and their minimisers are
 nested [3]_. So an image of K distinct values takes ⌈log₂ K⌉ cuts of the whole grid: each halves the range of
 values of every pixel. Arcs between pixels of different ranges are saturated from then on, and the flow of
-every round stays feasible in the next, which is why one array of residuals serves all rounds.
+every round stays feasible in the next, which is why one array of residuals serves all rounds. The first round
+starts from a flow that is nearly maximal for all thresholds at once (`warm_start`).
 
 Only the order of the values matters (*contrast invariance*: ``TVL1(g(f)) = g(TVL1(f))`` for increasing g), so
 we solve for ranks and never quantise: any bit depth, any float image, and the LTV model's logarithm for free.

@@ -158,7 +158,8 @@ def read_table(path: Path, columns: tuple[str, ...]) -> list[dict[str, str]]:
     try:
         lines = [line for line in path.read_text("utf-8").splitlines() if not line.startswith("#")]
     except (OSError, UnicodeDecodeError) as error:
-        raise OptionError(f"{path}: cannot be read as a table ({error})") from error
+        reason = getattr(error, "strerror", None) or error
+        raise OptionError(f"{path}: cannot be read as a table ({reason}); give a CSV file") from error
     table = csv.DictReader(lines)
     for column in columns:
         if column not in (table.fieldnames or ()):
