@@ -34,6 +34,7 @@ from relit.image import Photo, read_image, write_image
 from relit.landmark_files import read_landmarks, write_landmarks
 from relit.landmarks import Landmarks
 from relit.ltv import decompose, normalize
+from relit.methods import ltv_swap
 from relit.options import TransferOptions
 from relit.samples import sample
 from relit.scale import automatic_lam
@@ -826,7 +827,7 @@ class TestRefusals:
         def starve(*_arguments, **_options):
             raise MemoryError
 
-        monkeypatch.setattr(relighting, "decompose", starve)
+        monkeypatch.setattr(ltv_swap, "decompose", starve)
         assert fail(f"{TRANSFER} -o out.png").startswith("not enough memory for photos of this size")
 
 
@@ -970,7 +971,7 @@ class TestInterruption:
         [
             (detect, "detect_landmarks"),
             (relighting, "align"),
-            (relighting, "decompose"),
+            (ltv_swap, "decompose"),
             (relighting, "blend"),
             (figures, "contact_sheet"),
         ],
