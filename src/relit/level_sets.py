@@ -137,7 +137,9 @@ def _minimise(
     check_plane(image)
     grid = Grid.of(neighborhood)
     fidelity = grid.fidelity(lam)
-    threads = max(1, min(check_threads(threads), image.size // _LEAST_BAND, len(image) // 8))
+    # Longer steps reach into the margin of the band above, which may be at work: one band for 8 and 16 neighbours.
+    most = check_threads(threads) if neighborhood == 4 else min(check_threads(threads), 1)
+    threads = max(1, min(most, image.size // _LEAST_BAND, len(image) // 8))
     rows = split(len(image), threads)
     events = Events()
     values, ranks, shares = _ranks(image)
