@@ -81,6 +81,7 @@ def tv_l1(
         Neighbours of a pixel. More come closer to the rotation-invariant length, and take longer.
     threads : int, optional
         How many to use at most; by default, as many as can run at once. It changes nothing but the time.
+        8 and 16 neighbours use one.
 
     Returns
     -------
@@ -137,7 +138,7 @@ def _minimise(
     check_plane(image)
     grid = Grid.of(neighborhood)
     fidelity = grid.fidelity(lam)
-    # Longer steps reach into the margin of the band above, which may be at work: one band for 8 and 16 neighbours.
+    # Longer steps reach into the margin of the band above, which may be at work: then there is one band.
     most = check_threads(threads) if neighborhood == 4 else min(check_threads(threads), 1)
     threads = max(1, min(most, image.size // _LEAST_BAND, len(image) // 8))
     rows = split(len(image), threads)
