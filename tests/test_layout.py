@@ -128,3 +128,31 @@ def test_version_is_the_packages():
     from importlib.metadata import version
 
     assert version("relit") == relit.__version__
+
+
+def test_no_compiled_function_calls_one_of_another_module():
+    """numba's cache would go on with the old one after a change of that module."""
+
+    def compiled_in(tree):
+        return [
+            node
+            for node in tree.body
+            if isinstance(node, ast.FunctionDef)
+            and any(isinstance(d, ast.Name) and d.id in {"compiled", "inlined"} for d in node.decorator_list)
+        ]
+
+    trees = {
+        module: ast.parse((SOURCE / Path(*module.split("."))).with_suffix(".py").read_text("utf-8"))
+        for module in MODULES
+    }
+    everywhere = {function.name: module for module, tree in trees.items() for function in compiled_in(tree)}
+    assert len(everywhere) > 20
+    for module, tree in trees.items():
+        own = {function.name for function in compiled_in(tree)}
+        for function in compiled_in(tree):
+            called = {
+                n.func.id
+                for n in ast.walk(function)
+                if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)
+            }
+            assert not (called - own) & set(everywhere), f"{module}.{function.name}"

@@ -2,6 +2,8 @@
 
 import itertools
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ from scipy.optimize import linprog
 from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 from skimage import data
 
-from relit import level_sets
+from relit import threads as threads_module
 from relit.certificate import certify
 from relit.errors import ImageError, OptionError
 from relit.grid import UNIT, Grid
@@ -151,7 +153,7 @@ def test_ten_thousand_random_images_give_their_smallest_minimiser():
 def test_threads_change_nothing(neighborhood, threads, monkeypatch):
     f = data.astronaut()[60:160, 190:254, 1]
     alone = tv_l1(f, 0.1, neighborhood, threads=1)
-    monkeypatch.setattr(level_sets, "_LEAST_BAND", 1)
+    monkeypatch.setattr(threads_module, "_LEAST_PIXELS", 1)
     solution = solve(f, 0.1, neighborhood, threads=threads)
     np.testing.assert_array_equal(solution.u, alone)
     assert certify(f, solution.u, 0.1, neighborhood, solution.flow).optimal
@@ -159,15 +161,34 @@ def test_threads_change_nothing(neighborhood, threads, monkeypatch):
 
 @settings(max_examples=30)
 @given(
-    f=arrays(np.uint8, st.tuples(st.integers(16, 40), st.integers(1, 9)), elements=st.integers(0, 3)),
+    f=arrays(np.uint8, st.tuples(st.integers(32, 70), st.integers(1, 9)), elements=st.integers(0, 3)),
     lam=lams,
     neighborhood=st.sampled_from(NEIGHBORHOODS),
 )
 def test_bands_of_any_image_join(f, lam, neighborhood):
     alone = tv_l1(f, lam, neighborhood, threads=1)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(level_sets, "_LEAST_BAND", 1)
+        patch.setattr(threads_module, "_LEAST_PIXELS", 1)
         np.testing.assert_array_equal(tv_l1(f, lam, neighborhood, threads=4), alone)
+
+
+STRESS = """
+import numpy as np
+from relit import threads
+from relit.level_sets import tv_l1
+threads._LEAST_PIXELS = 1
+random = np.random.default_rng(0)
+for i in range(30):
+    f = random.integers(0, 2**16, (75, 194)).astype(np.uint16)
+    neighborhood = (8, 16, 16)[i % 3]
+    assert (tv_l1(f, 0.0464, neighborhood, threads=4) == tv_l1(f, 0.0464, neighborhood, threads=1)).all()
+"""
+
+
+@pytest.mark.slow
+def test_bands_at_once_keep_out_of_one_anothers_way():
+    """In a process of its own, because a race between bands made the solver run for ever."""
+    subprocess.run([sys.executable, "-c", STRESS], check=True, timeout=300)
 
 
 def hard_images():

@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.optimize import linprog
 from skimage import data
 
-from relit import primal_dual
+from relit import threads as threads_module
 from relit.errors import ImageError, OptionError
 from relit.primal_dual import tv_l1_isotropic
 
@@ -77,7 +77,7 @@ def test_gaps_beyond_single_precision_are_reached():
 def test_threads_change_nothing(monkeypatch):
     f = data.astronaut()[60:160, 190:254, 1]
     alone = tv_l1_isotropic(f, 0.2, threads=1)
-    monkeypatch.setattr(primal_dual, "_LEAST_BAND", 1)
+    monkeypatch.setattr(threads_module, "_LEAST_PIXELS", 1)
     shared = tv_l1_isotropic(f, 0.2, threads=3)
     np.testing.assert_array_equal(shared.u, alone.u)
     assert (shared.energy, shared.bound) == (alone.energy, alone.bound)

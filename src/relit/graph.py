@@ -39,7 +39,10 @@ class Graph(NamedTuple):
         0 in the margin.
     reached : (N,) uint8 array
         1 where a surplus reaches p over open arcs; 0 in the margin.
-    carry, link, depth, stamp : (N,) int32 array
+    carry : (N,) int32 array
+        Scratch space. 0 in the margin between any two steps, and at all times behind the last row of a band:
+        steps of the next band begin there.
+    link, depth, stamp : (N,) int32 array
         Scratch space.
     parent : (N,) int8 array
         Scratch space.

@@ -15,6 +15,8 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 def compiled(function: Function) -> Function:
     """Compile a function on its first call, free of Python's lock, and keep the result on disk.
 
+    The cache knows by its date whether the function's own file has changed, and no other: a compiled function
+    calls compiled functions of its own module alone, or an old one of them would live on in it.
     Where neither the package's folder nor the user's cache can be written, every process compiles anew.
     """
     return _compile(function)

@@ -36,13 +36,11 @@ from relit.grid import UNIT, Grid, Neighborhood, check_plane
 from relit.jit import compiled
 from relit.mincut import cut
 from relit.search_forest import Events
-from relit.threads import check_threads, pool, split
+from relit.threads import bands, pool, split
 from relit.warm_start import nearly_maximal_flow
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-_LEAST_BAND = 2**15  # pixels of a band below which a thread does not pay
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +79,6 @@ def tv_l1(
         Neighbours of a pixel. More come closer to the rotation-invariant length, and take longer.
     threads : int, optional
         How many to use at most; by default, as many as can run at once. It changes nothing but the time.
-        8 and 16 neighbours use one.
 
     Returns
     -------
@@ -138,16 +135,13 @@ def _minimise(
     check_plane(image)
     grid = Grid.of(neighborhood)
     fidelity = grid.fidelity(lam)
-    # Longer steps reach into the margin of the band above, which may be at work: then there is one band.
-    most = check_threads(threads) if neighborhood == 4 else min(check_threads(threads), 1)
-    threads = max(1, min(most, image.size // _LEAST_BAND, len(image) // 8))
-    rows = split(len(image), threads)
+    rows = bands(image.shape, threads)
     events = Events()
     values, ranks, shares = _ranks(image)
-    with pool(threads) as run:
+    with pool(len(rows)) as run:
         # Nobody else holds the flow, so that its memory serves the graph.
         graph = Graph.of_flow(nearly_maximal_flow(shares[ranks], fidelity / UNIT, grid, rows, run), grid)
-        bands = [graph.band(pair) for pair in rows]
+        parts = [graph.band(pair) for pair in rows]
         f = np.full_like(graph.excess, -1)
         graph.pixels(f)[:] = ranks
         del ranks
@@ -155,12 +149,12 @@ def _minimise(
         half = 1 << (len(values) - 1).bit_length() >> 1
         _owe(graph.excess, f, half, fidelity)
         while half > 0:
-            events = events.plus([cut(graph, bands, run)])
-            run(partial(_halve, graph, f, low, half, fidelity), bands)
+            events = events.plus([cut(graph, parts, run)])
+            run(partial(_halve, graph, f, low, half, fidelity), parts)
             half //= 2
         if feasible:
             _ask_for_feasibility(graph.excess, f, low, len(values) - 1, fidelity)
-            events = events.plus([cut(graph, bands, run)])
+            events = events.plus([cut(graph, parts, run)])
     levels = graph.pixels(low)
     u = np.empty(image.shape, image.dtype)
     for first, last in split(len(image), 1 + image.size // 2**20):  # indexing takes 8 bytes a pixel

@@ -21,9 +21,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from relit.graph import Graph
-from relit.jit import compiled
 from relit.search_forest import Events, pay_debts
-from relit.sweeps import flood, mark_reached, settle_chains
+from relit.sweeps import mark_reached, reach_across, settle_chains
 
 if TYPE_CHECKING:
     from relit.threads import Run
@@ -56,23 +55,7 @@ def cut(graph: Graph, bands: Sequence[tuple[int, int]], run: Run) -> Events:
     while True:
         in_debt = any(run(lambda band: mark_reached(graph, *band), bands))
         for _, border in bands[:-1]:
-            in_debt |= _join(graph, *whole, border)
+            in_debt |= reach_across(graph, *whole, border)
         if not in_debt:
             return events
         events = events.plus([pay_debts(graph, *whole, np.empty(2, np.int32))])
-
-
-@compiled
-def _join(graph: Graph, start: int, stop: int, border: int) -> bool:
-    """Let what is reached on one side of a border between two bands reach across it."""
-    reached, offset = graph.reached, graph.offset
-    rows = graph.drop.max()
-    in_debt = False
-    for p in range(max(border - rows, start), min(border + rows, stop)):
-        open_ = reached[p] and graph.excess[p] >= 0
-        for k in range(offset.size):
-            q = p + offset[k]
-            if open_ and graph.residual[k, p] > 0 and not reached[q] and start <= q < stop:
-                reached[q] = 1
-                in_debt |= flood(graph, start, stop, q)
-    return in_debt

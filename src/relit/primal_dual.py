@@ -21,7 +21,7 @@ from relit.errors import OptionError
 from relit.grid import check_lam, check_plane
 from relit.jit import compiled
 from relit.saddle_point import SaddlePoint
-from relit.threads import check_threads, pool, split
+from relit.threads import bands, pool
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 _STEP_RATIO = 0.08
 _FEWEST_ITERATIONS = 24  # before the gap is measured again, which costs as much as several of them
 _PATIENCE = 480  # and twice as many iterations as the best gap took: single precision is then exhausted
-_LEAST_BAND = 2**15  # pixels of a band below which a thread does not pay
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,9 +113,8 @@ def tv_l1_isotropic(
     if span == 0:
         return IsotropicSolution(image.astype(np.float64), 0.0, 0.0, 0)
     f = (image - lowest) / span
-    threads = max(1, min(check_threads(threads), image.size // _LEAST_BAND))
-    rows = split(len(f), threads)
-    with pool(threads) as run:
+    rows = bands(f.shape, threads)
+    with pool(len(rows)) as run:
         iteration = SaddlePoint(
             f.astype(np.float32), lam, ((0, 1), (1, 0)), None, ratio=_STEP_RATIO, rows=rows, run=run
         )

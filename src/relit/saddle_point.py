@@ -87,7 +87,8 @@ class SaddlePoint:
     ratio : float
         Primal over dual step.
     rows : sequence of (int, int)
-        Ranges of rows that cover the image in order: the bands to work on at once.
+        Ranges of rows that cover the image in order: the bands to work on at once. Of several, none is
+        shorter than what it lends to its neighbour, 8 rows for every row that the steps go down.
     run : Run
         Works on the bands.
     """

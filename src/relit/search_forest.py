@@ -28,11 +28,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-import numpy as np
-
 from relit.graph import Graph, Ints
 from relit.jit import compiled, inlined
-from relit.sweeps import any_in_debt
 
 _NONE, _ROOT, _ORPHAN = -1, -2, -3
 _IDLE, _LAST = -1, -2  # in the queue's links: not queued; queued with nobody behind
@@ -70,16 +67,14 @@ def pay_debts(graph: Graph, start: int, stop: int, queue: Ints) -> tuple[int, in
         stamp[p] = 0
         link[p] = _IDLE
     queue[0] = _LAST
-    for first in range(start, stop, graph.stride):
-        last = first + graph.width
-        if any_in_debt(excess, reached, np.uintp(first), np.uintp(graph.width)):
-            for p in range(first, last):
-                if reached[p] and excess[p] < 0:
-                    parent[p] = _ROOT
-                    depth[p] = 1
-                    _activate(p, link, queue)
+    for p in range(start, stop):
+        if reached[p] and excess[p] < 0:
+            parent[p] = _ROOT
+            depth[p] = 1
+            _activate(p, link, queue)
 
-    scratch = graph.carry[start:stop]
+    margin = graph.stride - graph.width
+    scratch = graph.carry[start : stop - margin]  # of more cells than the band has pixels
     time = growths = adoptions = 0
     while queue[0] != _LAST:
         p = queue[0]
@@ -96,6 +91,9 @@ def pay_debts(graph: Graph, start: int, stop: int, queue: Ints) -> tuple[int, in
             adoptions += _adopt(graph, start, stop, time, scratch, count, queue)
             if excess[root] == 0:
                 _pass_through(graph, start, stop, root, scratch, queue)
+    for first in range(start, stop, graph.stride):
+        for p in range(first + graph.width, first + graph.stride):
+            graph.carry[p] = 0
     return growths, time, adoptions
 
 

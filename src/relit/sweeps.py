@@ -27,8 +27,6 @@ def settle_chains(graph: Graph, start: int, stop: int) -> None:
     residual, excess, carry = graph.residual, graph.excess, graph.carry
     width, stride = np.uintp(graph.width), graph.stride
     for p in range(start, stop, stride):
-        for q in range(p + graph.width, p + stride):
-            carry[q] = 0  # nothing comes out of the margin
         _settle_row(residual, excess, carry, np.uintp(p), width)
     above = np.uintp(0)  # a row of the margin
     for k in range(2, graph.offset.size, 2):
@@ -136,9 +134,25 @@ def mark_reached(graph: Graph, start: int, stop: int) -> bool:
             ):
                 for i in range(p, p + graph.width):
                     if gate[i]:
-                        flood(graph, start, stop, i)
+                        _flood(graph, start, stop, i)
     for p in range(start, stop, stride):
-        in_debt |= any_in_debt(excess, reached, np.uintp(p), width)
+        in_debt |= _any_in_debt(excess, reached, np.uintp(p), width)
+    return in_debt
+
+
+@compiled
+def reach_across(graph: Graph, start: int, stop: int, border: int) -> bool:
+    """Let what is reached beside a border of bands reach across it; return whether it meets a debt."""
+    reached, offset = graph.reached, graph.offset
+    rows = graph.drop.max()
+    in_debt = False
+    for p in range(max(border - rows, start), min(border + rows, stop)):
+        open_ = reached[p] and graph.excess[p] >= 0
+        for k in range(offset.size):
+            q = p + offset[k]
+            if open_ and graph.residual[k, p] > 0 and not reached[q] and start <= q < stop:
+                reached[q] = 1
+                in_debt |= _flood(graph, start, stop, q)
     return in_debt
 
 
@@ -202,7 +216,7 @@ def _leaks(
 
 
 @compiled
-def any_in_debt(excess: Ints, reached: Flags, first: Index, width: Index) -> bool:
+def _any_in_debt(excess: Ints, reached: Flags, first: Index, width: Index) -> bool:
     """Return whether a debt is among what is reached of a row."""
     found = np.uint8(0)
     for x in range(width):
@@ -211,10 +225,10 @@ def any_in_debt(excess: Ints, reached: Flags, first: Index, width: Index) -> boo
 
 
 @compiled
-def flood(graph: Graph, start: int, stop: int, p: int) -> bool:
+def _flood(graph: Graph, start: int, stop: int, p: int) -> bool:
     """Mark what p reaches in a band, up to debts and what is marked; return whether it came upon a debt."""
     excess, reached, residual, offset = graph.excess, graph.reached, graph.residual, graph.offset
-    stack = graph.carry[start:stop]  # every pixel is pushed once at most
+    stack = graph.link[start:stop]  # every pixel is pushed once at most, and no forest stands now
     stack[0] = p
     count = 1
     in_debt = False

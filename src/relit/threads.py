@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Protocol, TypeVar
 
 from relit.errors import OptionError
+
+_LEAST_PIXELS = 2**15  # of a band; below, a thread does not pay
+_LEAST_ROWS = 16  # the most that a band borrows from its neighbour
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -55,7 +58,26 @@ def pool(threads: int) -> Iterator[Run]:
         yield lambda function, items: list(executor.map(function, items))
 
 
-def split(size: int, parts: int) -> Sequence[tuple[int, int]]:
+def bands(shape: tuple[int, int], threads: int | None) -> list[tuple[int, int]]:
+    """Return the ranges of rows of an image that so many threads work on: fewer where it is small.
+
+    Raises
+    ------
+    OptionError
+        If the number of threads is out of range.
+
+    Examples
+    --------
+    >>> bands((512, 512), 2), bands((100, 100), 2)
+    ([(0, 256), (256, 512)], [(0, 100)])
+    """
+    height, width = shape
+    return split(
+        height, max(1, min(check_threads(threads), height * width // _LEAST_PIXELS, height // _LEAST_ROWS))
+    )
+
+
+def split(size: int, parts: int) -> list[tuple[int, int]]:
     """Return so many ranges that cover ``range(size)`` in order, of nearly one length.
 
     Examples
