@@ -377,7 +377,7 @@ class TestTransfer:
     @pytest.mark.parametrize("flags", ["", "--no-mask"])
     def test_stages(self, place, fail, succeed, flags):
         report = json.loads(succeed(f"{TRANSFER} -o out.png --stages steps --json {flags}"))
-        names = {*figures.STAGES, "sheet"} - ({"mask"} if flags else set())
+        names = {*figures.STAGES, "sheet"} - {"warped_second_reference", *(["mask"] if flags else [])}
         assert {path.name for path in (place / "steps").iterdir()} == {f"{name}.png" for name in names}
         assert sorted(report["stages"]) == sorted(f"steps/{name}.png" for name in names)
         np.testing.assert_array_equal(pixels_of("steps/result.png"), pixels_of("out.png"))

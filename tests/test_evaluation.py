@@ -2,15 +2,17 @@
 
 import csv
 import json
+import os
 import shutil
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from relit import evaluation
 from relit.cases import Case, protocol_cases, swapped, triple_cases
 from relit.cli import relit as command
-from relit.errors import ImageError, OptionError
+from relit.errors import ImageError, LandmarkError, OptionError, OutputError, RelitError
 from relit.evaluation import Outcome, evaluate, images_of, summaries
 from relit.evaluation_figure import difference_histogram, truth_figure
 from relit.image import read_image, write_image
@@ -65,6 +67,47 @@ def test_a_folder_without_the_extras_is_read_as_well(yaleb, tmp_path):
 def test_a_folder_of_something_else_is_refused(tmp_path):
     with pytest.raises(ImageError, match="download CroppedYale"):
         YaleB(tmp_path)
+
+
+def test_a_folder_with_a_damaged_list_of_landmarks_is_refused(yaleb, tmp_path):
+    shutil.copytree(yaleb / "yaleB04", tmp_path / "yaleB04")
+    for text in ("{", '{"yaleB04": {}}', '{"yaleB04": {"mesh478": [["x"]]}}', "[]"):
+        (tmp_path / "landmarks_frontal.json").write_text(text)
+        with pytest.raises(LandmarkError, match=r"landmarks_frontal\.json: expected mesh478"):
+            YaleB(tmp_path).landmarks("yaleB04", FRONTAL)
+
+
+def test_a_second_reference_is_read_where_a_method_takes_one(yaleb):
+    case = protocol_cases(yaleb / "protocol.csv", "quick")[0]
+    images, _ = images_of(case, {"quotient": TransferOptions(method="quotient")}, yaleb)
+    again, _ = images_of(case, {"quotient": TransferOptions(method="ltv")}, yaleb)
+    assert (
+        np.abs(images.relit["quotient"] - images.truth).mean()
+        < np.abs(again.relit["quotient"] - again.truth).mean()
+    )
+
+
+@pytest.mark.parametrize(("target", "truth"), [("grey_target", "target"), ("target", "grey_target")])
+def test_images_take_the_channels_of_the_truth(tmp_path, target, truth):
+    (tmp_path / "table.csv").write_text(
+        "target,reference,truth\n"
+        + ",".join(str(sample(name)) for name in (target, "reference", truth))
+        + "\n"
+    )
+    (case,) = triple_cases(tmp_path / "table.csv")
+    images, _ = images_of(case, {"moments": TransferOptions(method="moments")}, None)
+    assert {image.shape for image in images.relit.values()} == {images.truth.shape}
+    assert images.truth.ndim == (3 if truth == "target" else 2)
+
+
+def die(*_, **__):
+    os._exit(1)
+
+
+def test_a_process_that_dies_is_told(triples, monkeypatch):
+    monkeypatch.setattr(evaluation, "_outcomes", die)
+    with pytest.raises(RelitError, match="a process of the evaluation died"):
+        list(evaluate(triple_cases(triples), LTV, jobs=2))
 
 
 def outcome(pair, group, method, raw):
@@ -137,6 +180,12 @@ def test_wrong_tables_are_refused(tmp_path, triples):
     wrong.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(OptionError, match="cannot be read as a table"):
         triple_cases(wrong)
+    wrong.write_text("target,reference,truth\n")
+    with pytest.raises(OptionError, match="has no rows"):
+        triple_cases(wrong)
+    wrong.write_text("target,reference,truth\na,b,\n")
+    with pytest.raises(OptionError, match="truth of row 1: expected str, got ''"):
+        triple_cases(wrong)
     protocol = tmp_path / "protocol.csv"
     protocol.write_text(
         "set,target,reference,target_azimuth,target_elevation,azimuth,elevation\nq,a,b,0,0,5,5\n"
@@ -144,7 +193,13 @@ def test_wrong_tables_are_refused(tmp_path, triples):
     with pytest.raises(OptionError, match="no set 'full'; expected one of q"):
         protocol_cases(protocol, "full")
     (case,) = protocol_cases(protocol, "q")
+    assert case.second_reference == ("b", FRONTAL)
     assert swapped(case).truth == ("b", FRONTAL)
+    protocol.write_text(protocol.read_text().replace("5,5", "5,x"))
+    with pytest.raises(OptionError, match="elevation of row 1: expected int, got 'x'"):
+        protocol_cases(protocol, "q")
+    with pytest.raises(OutputError, match="no format to write goes by"):
+        run("evaluate", triples, "--figure", tmp_path / "figure.doc")
     with pytest.raises(OptionError, match="--case"):
         run("evaluate", triples, "--case", 2)
 

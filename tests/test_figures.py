@@ -19,7 +19,7 @@ def result(face_points):
 
 def test_every_stage_has_its_picture(result):
     pictures = stage_pictures(result)
-    assert tuple(pictures) == STAGES
+    assert tuple(pictures) == tuple(name for name in STAGES if name != "warped_second_reference")
     np.testing.assert_array_equal(pictures["result"], result.image)
     np.testing.assert_array_equal(pictures["warped_reference"], result.alignment.warped)
     np.testing.assert_array_equal(pictures["mask"], np.rint(result.mask * 255))
@@ -42,7 +42,7 @@ def test_without_a_mask_there_is_no_picture_of_it(result):
         reference_landmarks=result.reference_landmarks,
         mask=False,
     )
-    assert tuple(stage_pictures(whole)) == tuple(name for name in STAGES if name != "mask")
+    assert set(stage_pictures(whole)) == {*STAGES} - {"mask", "warped_second_reference"}
     assert contact_sheet(whole, height=80).ndim == 3
 
 

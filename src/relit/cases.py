@@ -24,6 +24,8 @@ class Case:
         What the case is summed up with, such as the subset of its light.
     target, reference, truth : tuple
         ``(subject, light)`` of a Yale B folder, or ``(path,)``.
+    second_reference : tuple or None
+        The reference's face in the target's light, of the same kind, if there is one.
     """
 
     pair: str
@@ -31,6 +33,7 @@ class Case:
     target: tuple[Any, ...]
     reference: tuple[Any, ...]
     truth: tuple[Any, ...]
+    second_reference: tuple[Any, ...] | None = None
 
 
 def protocol_cases(path: Path, chosen: str) -> list[Case]:
@@ -47,56 +50,56 @@ def protocol_cases(path: Path, chosen: str) -> list[Case]:
     Raises
     ------
     OptionError
-        If the file cannot be read, or has no such set.
+        If the file cannot be read as such a table, or has no such set.
     """
-    columns = ("set", "target", "reference", "target_azimuth", "target_elevation", "azimuth", "elevation")
-    rows = read_table(path, columns)
+    names = dict.fromkeys(("set", "target", "reference"), str)
+    angles = dict.fromkeys(("target_azimuth", "target_elevation", "azimuth", "elevation"), int)
+    rows = read_table(path, {**names, **angles})
     if not any(row["set"] == chosen for row in rows):
         sets = ", ".join(sorted({row["set"] for row in rows}))
         raise OptionError(f"--set: {path} has no set {chosen!r}; expected one of {sets}")
-    cases = []
-    for row in rows:
-        if row["set"] != chosen:
-            continue
-        own = Light(int(row["target_azimuth"]), int(row["target_elevation"]))
-        light = Light(int(row["azimuth"]), int(row["elevation"]))
-        target, reference = row["target"], row["reference"]
-        cases.append(
-            Case(
-                f"{target} < {reference}",
-                f"subset {light.subset}",
-                (target, own),
-                (reference, light),
-                (target, light),
-            )
+    return [
+        _yale_case(
+            (row["target"], Light(row["target_azimuth"], row["target_elevation"])),
+            (row["reference"], Light(row["azimuth"], row["elevation"])),
         )
-    return cases
+        for row in rows
+        if row["set"] == chosen
+    ]
+
+
+def _yale_case(target: tuple[str, Light], reference: tuple[str, Light]) -> Case:
+    (subject, own), (other, light) = target, reference
+    return Case(
+        f"{subject} < {other}", f"subset {light.subset}", target, reference, (subject, light), (other, own)
+    )
 
 
 def swapped(case: Case) -> Case:
     """Return the case of a Yale B folder in which the two faces swap their roles."""
-    (target, own), (reference, light) = case.target, case.reference
-    return Case(
-        f"{reference} < {target}", f"subset {own.subset}", (reference, light), (target, own), (reference, own)
-    )
+    return _yale_case(case.reference, case.target)
 
 
 def triple_cases(path: Path) -> list[Case]:
     """Return the cases of a CSV file of the columns target, reference and truth: paths, from where it is.
 
-    A column ``group`` is what to sum up by; without it, all is one. The truth must lie on its target pixel by
-    pixel.
+    A column ``group`` is what to sum up by; without it, all is one. A column ``second_reference`` has the
+    reference's face in the target's light, for the methods that take one. The truth must lie on its target
+    pixel by pixel.
 
     Raises
     ------
     OptionError
-        If the file cannot be read.
+        If the file cannot be read as such a table.
     """
     return [
         Case(
             f"{row['target']} < {row['reference']}",
             row.get("group") or "all",
-            *((path.parent / row[name],) for name in ("target", "reference", "truth")),
+            (path.parent / row["target"],),
+            (path.parent / row["reference"],),
+            (path.parent / row["truth"],),
+            (path.parent / row["second_reference"],) if row.get("second_reference") else None,
         )
-        for row in read_table(path, ("target", "reference", "truth"))
+        for row in read_table(path, dict.fromkeys(("target", "reference", "truth"), str))
     ]

@@ -18,6 +18,7 @@ from relit import __version__
 from relit.cli_evaluate import evaluate
 from relit.cli_options import (
     ALIGNMENT,
+    face_options,
     force_option,
     json_option,
     pair_options,
@@ -64,6 +65,12 @@ def relit() -> None:
 @relit.command()
 @pair_options
 @click.option("--swap", is_flag=True, help="Swap the roles: relight REFERENCE with the light of TARGET.")
+@click.option(
+    "--second-reference",
+    metavar="FILE",
+    help="For methods that take one: REFERENCE's face in TARGET's light.",
+)
+@face_options("second reference", "second_")
 @transfer_options()
 @click.option("--stages", metavar="DIR", help="Save every stage, and a contact sheet of all, in this folder.")
 @force_option
@@ -77,6 +84,9 @@ def transfer(
     reference_landmarks: str | None,
     reference_face: int | None,
     swap: bool,
+    second_reference: str | None,
+    second_landmarks: str | None,
+    second_face: int | None,
     stages: str | None,
     force: bool,
     as_json: bool,
@@ -87,7 +97,7 @@ def transfer(
     TARGET and REFERENCE are photos; one of them may be - for stdin.
     """
     settings = settings_of(given)
-    _check_streams(output, as_json, target, reference)
+    _check_streams(output, as_json, target, reference, second_reference or "")
 
     from relit.figures import STAGES, contact_sheet, stage_pictures
     from relit.image import check_destination, in_one_profile, write_image
@@ -97,17 +107,30 @@ def transfer(
     light_source = Source("reference", reference, reference_landmarks, reference_face)
     if swap:
         source, light_source = light_source, source
+    if second_reference is None and (second_landmarks is not None or second_face is not None):
+        raise click.UsageError("--second-landmarks and --second-face belong to a --second-reference.")
+    second_source = Source("second", second_reference or "", second_landmarks, second_face)
     folder = None
     if stages is not None:
         folder = PictureFolder(stages, [f"{name}.png" for name in (*STAGES, "sheet")], force)
         folder.check_apart(output)
     with progress("Reading the photos"):
         photo, light = in_one_profile(read_photo(source.path), read_photo(light_source.path))
+        second = read_photo(second_source.path) if second_reference else None
     check_destination(output, like=photo, overwrite=force)
     with progress("Finding the faces"):
         here, there = source.face_in(photo), light_source.face_in(light)
+        beside = second_source.face_in(second) if second else None
     with solving("Relighting"):
-        result = run(photo, light, target_landmarks=here, reference_landmarks=there, options=settings)
+        result = run(
+            photo,
+            light,
+            target_landmarks=here,
+            reference_landmarks=there,
+            second_reference=second,
+            second_landmarks=beside,
+            options=settings,
+        )
     warn_of_folds(result.alignment.folded)
     with progress("Writing"):
         pictures = stage_pictures(result) if folder else {}

@@ -88,6 +88,7 @@ def evaluate(
     from relit.evaluation import as_record, summaries
     from relit.evaluation import evaluate as run
     from relit.files import check_free, save_atomically
+    from relit.image import check_destination
     from relit.threads import available
 
     methods = {
@@ -98,8 +99,10 @@ def evaluate(
     if not 0 <= number < len(cases):
         raise OptionError(f"--case: expected a number from 0 to {len(cases) - 1}, got {number}")
     written = [f"{output}.json", f"{output}.csv"] if output else []
-    for path in [*written, figure] if figure else written:
+    for path in written:
         check_free(Path(path), overwrite=force)
+    if figure:
+        check_destination(figure, overwrite=force)
     drawn = cases[number]
     if limit is not None and limit < len(cases):
         cases = [cases[len(cases) * i // limit] for i in range(limit)]
@@ -150,7 +153,8 @@ def _draw(
 
 def _table(sums: Sequence[Summary]) -> str:
     """Return the summaries as text: a line for each group and method, a column for each figure."""
-    lines = [f"{'':10} {'':14} {'raw %':>20} {'gain %':>20} {'SSIM':>20}"]
+    wide = max(len(line.method) for line in sums)
+    lines = [f"{'':10} {'':{wide}} {'raw %':>20} {'gain %':>20} {'SSIM':>20}"]
     for group in dict.fromkeys(line.group for line in sums):
         rows = [line for line in sums if line.group == group]
         for method in dict.fromkeys(line.method for line in rows):
@@ -158,6 +162,6 @@ def _table(sums: Sequence[Summary]) -> str:
                 f"{line.mean:.{digits}f} [{line.low:.{digits}f}, {line.high:.{digits}f}]"
                 for line, digits in zip((r for r in rows if r.method == method), (2, 2, 3), strict=True)
             ]
-            lines.append(f"{group:10} {method:14} " + " ".join(f"{cell:>20}" for cell in cells))
+            lines.append(f"{group:10} {method:{wide}} " + " ".join(f"{cell:>20}" for cell in cells))
         lines.append(f"{'':10} {rows[0].cases} transfers of {rows[0].pairs} pairs")
     return "\n".join(lines)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import signal
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass
 from functools import lru_cache, partial
 from multiprocessing import get_context
@@ -15,8 +17,11 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from relit.cases import Case
+from relit.color import luma
 from relit.detect import detect_landmarks
+from relit.errors import RelitError
 from relit.image import read_image
+from relit.methods import WITH_SECOND_REFERENCE
 from relit.options import TransferOptions
 from relit.pixels import to_unit
 from relit.relighting import transfer
@@ -54,49 +59,17 @@ class Images:
     relit: dict[str, NDArray[Any]]
 
 
-@lru_cache(maxsize=1)
-def _yale_b(folder: Path) -> YaleB:
-    return YaleB(folder)
+class _Files:
+    """Photos by their paths, read as a Yale B folder is."""
 
+    def photo(self, path: Path) -> NDArray[Any]:
+        return _opened(path)
 
-def images_of(
-    case: Case, methods: Mapping[str, TransferOptions], folder: Path | None
-) -> tuple[Images, dict[str, float]]:
-    """Relight a case by every method; return its images, and the seconds that each took.
+    def landmarks(self, path: Path) -> Landmarks:
+        return _detected(path)
 
-    The whole image is relit.
-    """
-    if folder is None:
-        target, reference, truth = (_opened(path) for (path,) in (case.target, case.reference, case.truth))
-        points = [_detected(path) for (path,) in (case.target, case.reference)]
-        place: Callable[[Any], NDArray[Any]] = _in_grey_levels
-    else:
-        yale = _yale_b(folder)
-        target, reference = yale.photo(*case.target), yale.photo(*case.reference)
-        truth = yale.aligned(yale.photo(*case.truth), *case.truth)
-        points = [yale.landmarks(*case.target), yale.landmarks(*case.reference)]
-        place = partial(yale.aligned, subject=case.target[0], light=case.target[1])
-    relit: dict[str, NDArray[Any]] = {"noop": place(target)}
-    seconds = dict.fromkeys(BASELINES, 0.0)
-    for name, options in methods.items():
-        start = time.perf_counter()
-        result = transfer(
-            target,
-            reference,
-            target_landmarks=points[0],
-            reference_landmarks=points[1],
-            options=options.changed(mask=False),
-        )
-        seconds[name] = time.perf_counter() - start
-        relit["refcopy"] = place(result.alignment.warped)
-        relit[name] = place(result.image)
-    return Images(place(target), _in_grey_levels(reference), _in_grey_levels(truth), relit), seconds
-
-
-def _in_grey_levels(image: NDArray[Any]) -> NDArray[Any]:
-    if image.dtype == np.float64 and image.max() > 1:  # aligned already
+    def aligned(self, image: NDArray[np.float64], path: Path) -> NDArray[np.float64]:  # noqa: ARG002
         return image
-    return to_unit(image).astype(np.float64) * 255
 
 
 @lru_cache(maxsize=64)
@@ -107,6 +80,61 @@ def _opened(path: Path) -> NDArray[Any]:
 @lru_cache(maxsize=64)
 def _detected(path: Path) -> Landmarks:
     return detect_landmarks(_opened(path), name=str(path))
+
+
+@lru_cache(maxsize=1)
+def _yale_b(folder: Path) -> YaleB:
+    return YaleB(folder)
+
+
+def images_of(
+    case: Case, methods: Mapping[str, TransferOptions], folder: Path | None
+) -> tuple[Images, dict[str, float]]:
+    """Relight a case by every method; return its images, and the seconds that each took.
+
+    The whole image is relit. All images come with the channels of the truth: grey or colour.
+
+    Raises
+    ------
+    OptionError
+        If a method takes a second reference and the case has none.
+    """
+    source = _Files() if folder is None else _yale_b(folder)
+    target, reference = source.photo(*case.target), source.photo(*case.reference)
+    truth = source.aligned(_in_grey_levels(source.photo(*case.truth)), *case.truth)
+
+    def place(image: NDArray[Any]) -> NDArray[Any]:
+        return _with_channels_of(truth, source.aligned(_in_grey_levels(image), *case.target))
+
+    relit, seconds = {"noop": place(target)}, dict.fromkeys(BASELINES, 0.0)
+    for name, options in methods.items():
+        second: dict[str, Any] = {}
+        if options.method in WITH_SECOND_REFERENCE and case.second_reference:
+            second["second_reference"] = source.photo(*case.second_reference)
+            second["second_landmarks"] = source.landmarks(*case.second_reference)
+        start = time.perf_counter()
+        result = transfer(
+            target,
+            reference,
+            target_landmarks=source.landmarks(*case.target),
+            reference_landmarks=source.landmarks(*case.reference),
+            options=options.changed(mask=False),
+            **second,
+        )
+        seconds[name] = time.perf_counter() - start
+        relit |= {"refcopy": place(result.alignment.warped), name: place(result.image)}
+    shown = _with_channels_of(truth, _in_grey_levels(reference))
+    return Images(relit["noop"], shown, truth, relit), seconds
+
+
+def _in_grey_levels(image: NDArray[Any]) -> NDArray[np.float64]:
+    return to_unit(image).astype(np.float64) * 255
+
+
+def _with_channels_of(truth: NDArray[Any], image: NDArray[Any]) -> NDArray[Any]:
+    if image.ndim == truth.ndim:
+        return image
+    return luma(image) if truth.ndim == 2 else np.repeat(image[..., None], 3, axis=2)
 
 
 def _outcomes(case: Case, methods: Mapping[str, TransferOptions], folder: Path | None) -> list[Outcome]:
@@ -135,24 +163,34 @@ def evaluate(
         The Yale B folder that the cases are of.
     jobs : int
         Processes to work in.
+
+    Raises
+    ------
+    RelitError
+        If a photo cannot be used, or a process dies.
     """
     work = partial(_outcomes, methods=methods, folder=folder)
     if jobs == 1:
         yield from map(work, cases)
         return
     # Forking a process that has threads can hang it.
-    with ProcessPoolExecutor(jobs, get_context("spawn"), _use_one_thread) as pool:
+    with ProcessPoolExecutor(jobs, get_context("spawn"), _prepare_process) as pool:
         futures = [pool.submit(work, case) for case in cases]
         try:
             for done in as_completed(futures):
                 yield done.result()
+        except BrokenProcessPool as error:
+            raise RelitError(
+                "jobs: a process of the evaluation died, as it does where memory runs out; use fewer of them"
+            ) from error
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _use_one_thread() -> None:
-    """Keep the processes' linear algebra out of one another's way."""
+def _prepare_process() -> None:
+    """Keep the processes' linear algebra out of one another's way, and leave Ctrl-C to their parent."""
     threadpool_limits(1)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 @dataclass(frozen=True)

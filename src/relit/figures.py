@@ -24,6 +24,7 @@ STAGES = (
     "target",
     "reference",
     "warped_reference",
+    "warped_second_reference",
     "target_u",
     "target_v",
     "reference_u",
@@ -61,16 +62,18 @@ def stage_pictures(result: TransferResult) -> dict[str, NDArray[Any]]:
     Returns
     -------
     dict
-        ``target`` and ``reference`` with their landmarks, ``warped_reference``, u and v of both if
-        the method splits, ``mask`` if there is one, and ``result`` in the target's dtype. u and v show the
-        channels that were relit, as planes of grey or RGB, and from ``warped_reference`` to ``mask`` all
-        cover `result.region`.
+        ``target`` and ``reference`` with their landmarks, ``warped_reference``, ``warped_second_reference``
+        if there is one, u and v of both if the method splits, ``mask`` if there is one, and ``result`` in the
+        target's dtype. u and v show the channels that were relit, as planes of grey or RGB, and from
+        ``warped_reference`` to ``mask`` all cover `result.region`.
     """
     pictures = {
         "target": landmark_overlay(result.target, result.target_landmarks),
         "reference": landmark_overlay(result.reference, result.reference_landmarks),
         "warped_reference": result.alignment.warped,
     }
+    if result.second_alignment:
+        pictures["warped_second_reference"] = result.second_alignment.warped
     for role, split in (("target", result.target_split), ("reference", result.reference_split)):
         if split is not None:
             pictures[f"{role}_u"], pictures[f"{role}_v"] = split_pictures(split)
@@ -128,6 +131,7 @@ def contact_sheet(
         "target": "target",
         "reference": "reference",
         "warped_reference": "reference, warped",
+        "warped_second_reference": "second reference, warped",
         "target_u": "u of the target",
         "target_v": "v of the target: the person",
         "reference_u": "u of the reference: the light",
@@ -138,7 +142,7 @@ def contact_sheet(
         "result": "result",
     }
     rows = (
-        ("target", "reference", "warped_reference"),
+        ("target", "reference", "warped_reference", "warped_second_reference"),
         ("target_u", "target_v", "reference_u", "reference_v"),
         ("mask", "before", "after", "result"),
     )

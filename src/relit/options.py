@@ -14,6 +14,17 @@ import numpy as np
 from relit.color import channels_of
 from relit.errors import OptionError
 
+METHODS = (
+    "ltv",
+    "log-gaussian",
+    "wls",
+    "moments",
+    "histogram",
+    "spherical-harmonics",
+    "quotient",
+    "expression-ratio",
+)
+
 
 def _option(
     default: Any,
@@ -36,9 +47,10 @@ class TransferOptions:
 
     Attributes
     ----------
-    method : {"ltv", "log-gaussian", "wls", "moments", "histogram", "spherical-harmonics"}
-        How to relight. ``ltv`` is the algorithm of Li, Yin and Deng (2009); the others are there to compare
-        it with, each in a module of `relit.methods`.
+    method : str
+        How to relight. ``ltv`` is the algorithm of Li, Yin and Deng (2009). ``log-gaussian``, ``wls``,
+        ``moments``, ``histogram`` and ``spherical-harmonics`` are there to compare it with, and so are
+        ``quotient`` and ``expression-ratio``, which take a second reference; each is in `relit.methods`.
     lam : float or "auto"
         λ > 0 for a face whose eyes are 100 px apart; it is scaled by 100 / interocular distance. What is
         smaller than about 1/λ px on such a face stays the target's. ``auto`` is slightly smaller than 1/G of
@@ -79,9 +91,9 @@ class TransferOptions:
     method: str = _option(
         "ltv",
         "How to relight. 'ltv' is the algorithm of Li, Yin and Deng (2009); the others are simpler ones to "
-        "compare it with.",
+        "compare it with. 'quotient' and 'expression-ratio' take a second reference.",
         flag="--method",
-        choices=("ltv", "log-gaussian", "wls", "moments", "histogram", "spherical-harmonics"),
+        choices=METHODS,
     )
     lam: float | str = _option(
         0.2,

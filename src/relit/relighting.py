@@ -8,6 +8,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,10 +16,11 @@ import numpy as np
 from relit.alignment import Alignment, align
 from relit.compose import blend, face_mask, face_outline
 from relit.detect import detect_landmarks
+from relit.errors import ImageError, OptionError
 from relit.image import Photo, in_one_profile
 from relit.landmarks import Landmarks, as_landmarks, check_inside, check_pair
 from relit.ltv import Decomposition
-from relit.methods import METHODS
+from relit.methods import METHODS, WITH_SECOND_REFERENCE
 from relit.methods.scene import Scene
 from relit.options import TransferOptions
 from relit.pixels import check_pixels
@@ -59,6 +61,8 @@ class TransferResult:
     mask : (h, w) float32 array or None
         Share of `relit` in the image; None with ``mask=False``.
     options : TransferOptions
+    second_alignment : Alignment or None
+        The second reference laid over the region; None of methods that take none.
     """
 
     image: NDArray[Any]
@@ -73,6 +77,7 @@ class TransferResult:
     relit: NDArray[np.float32]
     mask: NDArray[np.float32] | None
     options: TransferOptions
+    second_alignment: Alignment | None = None
 
 
 def transfer(
@@ -81,6 +86,8 @@ def transfer(
     *,
     target_landmarks: Landmarks | ArrayLike | None = None,
     reference_landmarks: Landmarks | ArrayLike | None = None,
+    second_reference: NDArray[Any] | Photo | None = None,
+    second_landmarks: Landmarks | ArrayLike | None = None,
     options: TransferOptions | None = None,
     **changes: Any,
 ) -> TransferResult:
@@ -98,6 +105,9 @@ def transfer(
     target_landmarks, reference_landmarks : Landmarks or (n, 2) or (n, 3) array_like, optional
         ``(x, y)`` in px, paired row by row; 478 rows are taken as the face mesh, 68 as iBUG, 189 as FRL. By
         default the largest face of each photo is detected.
+    second_reference, second_landmarks : optional
+        The reference's face in the target's light, for the methods that take one; grey or colour, as the
+        reference is.
     options : TransferOptions, optional
         How to relight.
     **changes
@@ -117,7 +127,8 @@ def transfer(
     LandmarkError
         If landmarks are unusable, lie outside their image, or do not pair up.
     OptionError
-        If an option is unknown or out of range.
+        If an option is unknown or out of range, or a second reference is given to a method that takes none,
+        or missing for one that does.
 
     Examples
     --------
@@ -132,10 +143,9 @@ def transfer(
     ([80, 160], 61)
     """
     settings = (options or TransferOptions()).changed(**changes)
-    photos = [image if isinstance(image, Photo) else Photo(image) for image in (target, reference)]
-    for photo, name in zip(photos, ("target", "reference"), strict=True):
-        check_pixels(photo.pixels, name)
-    target, reference = (photo.pixels for photo in in_one_profile(*photos))
+    _check_second(second_reference is not None, settings.method)
+    photo, light = in_one_profile(_photo(target, "target"), _photo(reference, "reference"))
+    target, reference = photo.pixels, light.pixels
     here = _landmarks_of(target, target_landmarks, "target")
     there = _landmarks_of(reference, reference_landmarks, "reference")
     check_pair(here, there)
@@ -144,29 +154,44 @@ def transfer(
     region = _region(here, target.shape) if settings.mask else _whole(target.shape)
     face = target[region]
     landmarks = here.shifted(-region[1].start, -region[0].start)
-    alignment = align(
-        reference,
-        there,
-        landmarks,
-        face.shape,
+    lay = partial(
+        align,
+        target_landmarks=landmarks,
+        shape=face.shape,
         kernel=settings.kernel,  # type: ignore[arg-type]
         affine=settings.affine,
         smoothing=settings.smoothing,
         dtype=target.dtype,
     )
+    alignment = lay(reference, there)
+    second_alignment = None
+    if second_reference is not None:
+        second = in_one_profile(photo, _photo(second_reference, "second_reference"))[1].pixels
+        if second.ndim != reference.ndim:
+            raise ImageError(
+                "second_reference: expected grey or colour, as the reference is; convert one of them"
+            )
+        second_alignment = lay(second, _landmarks_of(second, second_landmarks, "second"))
 
-    planes = planes_of(face, alignment.warped, settings.color_space, settings.channels)  # type: ignore[arg-type]
+    split = partial(
+        planes_of,
+        face,
+        color_space=settings.color_space,  # type: ignore[arg-type]
+        channels=settings.channels,
+    )
+    planes = split(alignment.warped)
     mask = face_mask(landmarks, face.shape)
-    relight = METHODS[settings.method]
+    inside = mask > 0.5
     scene = Scene(
         planes.target,
         planes.reference,
         landmarks,
-        mask > 0.5 if (mask > 0.5).any() else np.ones(mask.shape, bool),
+        inside if inside.any() else np.ones_like(inside),
         lam_for(landmarks, settings),
         settings.neighborhood,
+        split(second_alignment.warped).reference if second_alignment else None,
     )
-    result = relight(scene)
+    result = METHODS[settings.method](scene)
     relit = planes.rebuild(result.planes)
 
     image = np.repeat(target[..., None], 3, axis=2) if relit.ndim > target.ndim else target.copy()
@@ -184,7 +209,24 @@ def transfer(
         relit,
         mask if settings.mask else None,
         settings,
+        second_alignment,
     )
+
+
+def _check_second(given: bool, method: str) -> None:
+    if given and method not in WITH_SECOND_REFERENCE:
+        wanted = f"none with method {method!r}; leave it out, or choose {' or '.join(WITH_SECOND_REFERENCE)}"
+    elif not given and method in WITH_SECOND_REFERENCE:
+        wanted = f"the reference's face in the target's light with method {method!r}; give a photo of it"
+    else:
+        return
+    raise OptionError(f"second_reference: expected {wanted}")
+
+
+def _photo(image: NDArray[Any] | Photo, name: str) -> Photo:
+    photo = image if isinstance(image, Photo) else Photo(image)
+    check_pixels(photo.pixels, name)
+    return photo
 
 
 def _landmarks_of(image: NDArray[Any], given: Landmarks | ArrayLike | None, name: str) -> Landmarks:

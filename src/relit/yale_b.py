@@ -24,11 +24,13 @@ import numpy as np
 from scipy.ndimage import shift
 
 from relit.detect import detect_landmarks
-from relit.errors import ImageError, OptionError
+from relit.errors import ImageError, LandmarkError, OptionError
 from relit.image import read_image
 from relit.landmarks import Landmarks
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
 
@@ -111,7 +113,8 @@ class YaleB:
     def aligned(self, image: NDArray[Any], subject: str, light: Light) -> NDArray[np.float64]:
         """Return what was taken, or made, under a light, laid over the subject's frontal image."""
         dy, dx = self.offset(subject, light)
-        return np.asarray(shift(image.astype(np.float64), (-dy, -dx), order=1, mode="nearest"))
+        offset = (-dy, -dx) + (0,) * (image.ndim - 2)
+        return np.asarray(shift(image.astype(np.float64), offset, order=1, mode="nearest"))
 
     def landmarks(self, subject: str, light: Light) -> Landmarks:
         """Return the landmarks of the frontal image, moved to that under a light."""
@@ -125,12 +128,10 @@ class YaleB:
         path = self.folder / "registration_offsets.csv"
         if not path.exists():
             return {}
+        columns = {"subject": str, "azimuth": int, "elevation": int, "dy": float, "dx": float}
         return {
-            (row["subject"], Light(int(row["azimuth"]), int(row["elevation"]))): (
-                float(row["dy"]),
-                float(row["dx"]),
-            )
-            for row in read_table(path, ("subject", "azimuth", "elevation", "dy", "dx"))
+            (row["subject"], Light(row["azimuth"], row["elevation"])): (row["dy"], row["dx"])
+            for row in read_table(path, columns)
         }
 
     @cached_property
@@ -138,8 +139,14 @@ class YaleB:
         path = self.folder / "landmarks_frontal.json"
         if not path.exists():
             return {}
-        faces = json.loads(path.read_text("utf-8"))
-        return {subject: Landmarks(np.array(points["mesh478"])) for subject, points in faces.items()}
+        try:
+            faces = json.loads(path.read_text("utf-8"))
+            return {subject: Landmarks(np.array(points["mesh478"])) for subject, points in faces.items()}
+        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+            raise LandmarkError(
+                f"{path}: expected mesh478, a list of [x, y, z], of every subject ({error!r}); mend "
+                "the file, or remove it to have faces detected"
+            ) from error
 
 
 @lru_cache(maxsize=512)
@@ -147,13 +154,19 @@ def _pixels(path: Path) -> NDArray[Any]:
     return read_image(path).pixels
 
 
-def read_table(path: Path, columns: tuple[str, ...]) -> list[dict[str, str]]:
+def read_table(path: Path, columns: Mapping[str, type]) -> list[dict[str, Any]]:
     """Return the rows of a CSV file, by column; lines that begin with # are comments.
+
+    Parameters
+    ----------
+    path : Path
+    columns : mapping of str to {str, int, float}
+        The columns that there must be, and what is in them. Others are kept as text.
 
     Raises
     ------
     OptionError
-        If it cannot be read, or lacks one of the columns.
+        If it cannot be read, lacks one of the columns or any row, or a value is of the wrong kind.
     """
     try:
         lines = [line for line in path.read_text("utf-8").splitlines() if not line.startswith("#")]
@@ -164,4 +177,19 @@ def read_table(path: Path, columns: tuple[str, ...]) -> list[dict[str, str]]:
     for column in columns:
         if column not in (table.fieldnames or ()):
             raise OptionError(f"{path}: expected the columns {', '.join(columns)}; {column} is missing")
-    return list(table)
+    rows: list[dict[str, Any]] = []
+    for row in table:
+        values: dict[str, Any] = dict(row)
+        for column, kind in columns.items():
+            try:
+                if not row[column]:
+                    raise ValueError
+                values[column] = kind(row[column])
+            except ValueError:
+                raise OptionError(
+                    f"{path}: {column} of row {len(rows) + 1}: expected {kind.__name__}, got {row[column]!r}"
+                ) from None
+        rows.append(values)
+    if not rows:
+        raise OptionError(f"{path}: has no rows; give one for each transfer or image")
+    return rows

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from relit.methods import log_gaussian, ltv_swap, spherical_harmonics, statistics, wls
+from relit.methods import log_gaussian, ltv_swap, quotient, spherical_harmonics, statistics, wls
 from relit.methods.scene import Relit, Scene
 
 #: Name in `TransferOptions` → what takes a `Scene` and returns `Relit`.
@@ -15,4 +15,9 @@ METHODS: dict[str, Callable[[Scene], Relit]] = {
     "moments": statistics.match_moments,
     "histogram": statistics.match_histogram,
     "spherical-harmonics": spherical_harmonics.relight,
+    "quotient": quotient.quotient,
+    "expression-ratio": quotient.expression_ratio,
 }
+
+#: Those that take a second reference, the reference's face in the target's light.
+WITH_SECOND_REFERENCE = ("quotient", "expression-ratio")

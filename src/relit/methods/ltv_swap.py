@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
 from relit.ltv import decompose
 from relit.methods.scene import Relit, Scene, recombined
+from relit.threads import pool
 
 
 def relight(scene: Scene) -> Relit:
@@ -17,5 +17,5 @@ def relight(scene: Scene) -> Relit:
         neighborhood=scene.neighborhood,
         interocular_distance=scene.landmarks.interocular_distance,
     )
-    with ThreadPoolExecutor(2) as pool:
-        return recombined(*pool.map(split, (scene.target, scene.reference)))
+    with pool(2) as run:
+        return recombined(*run(split, (scene.target, scene.reference)))

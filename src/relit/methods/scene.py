@@ -33,6 +33,8 @@ class Scene:
         λ for a face whose eyes are 100 px apart.
     neighborhood : int or str
         As in `TransferOptions`.
+    second : (H, W) or (H, W, 3) array or None
+        Planes of the reference's face in the target's light, laid over the target as well.
     """
 
     target: NDArray[Any]
@@ -41,6 +43,7 @@ class Scene:
     face: NDArray[np.bool_]
     lam: float
     neighborhood: int | str
+    second: NDArray[Any] | None = None
 
     @property
     def lam_px(self) -> float:
