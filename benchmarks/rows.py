@@ -89,6 +89,8 @@ def throughput(runs: int) -> Iterator[Row]:
 
         timings, results = side_by_side(runs, {"two": partial(in_threads, 2), "one": partial(in_threads, 1)})
         assert all(map(np.array_equal, results["two"], results["one"]))
+        for f, u in zip(batch, results["two"], strict=True):
+            proven(f, lam, 4, u)
         case = f"{len(batch)} of 192×168, λ {lam}"
         yield Row("many images, 2 threads; 1 thread", case, timings["two"], timings["one"], "≥ 1.8")
 

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from functools import cache
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
@@ -25,9 +24,9 @@ from scipy.interpolate import RectBivariateSpline
 from scipy.linalg import LinAlgError, LinAlgWarning, lu_factor, lu_solve
 from scipy.spatial.distance import cdist
 from scipy.special import xlogy
-from threadpoolctl import ThreadpoolController
 
 from relit.errors import LandmarkError, OptionError
+from relit.threads import one_blas_thread
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -83,7 +82,7 @@ class RBF:
         flat = array.reshape(-1, 2)
         values = np.empty((len(flat), self.coefficients.shape[1]))
         rows = max(_CHUNK // len(self.centers), 1)
-        with _blas().limit(limits=1, user_api="blas"):
+        with one_blas_thread():
             for start in range(0, len(flat), rows):
                 part = slice(start, start + rows)
                 values[part] = self._basis(flat[part]) @ self.coefficients
@@ -229,7 +228,7 @@ def fit_rbf(
             )
         system = np.block([[system, terms], [terms.T, np.zeros((3, 3))]])
     right = np.vstack([y, np.zeros((len(system) - n, y.shape[1]))])
-    with _blas().limit(limits=1, user_api="blas"):
+    with one_blas_thread():
         solution = _solve_refined(system, right)
     if smoothing == 0 and not np.abs(system[:n] @ solution - y).max() <= EXACT:
         first, second = np.divmod(np.argmin(cdist(x, x) + np.diag(np.full(n, np.inf))), n)
@@ -238,12 +237,6 @@ def fit_rbf(
             "remove one of them, or use smoothing above 0"
         )
     return RBF(x, solution[:n], solution[n:] if affine else None, kernel, radius, scale)
-
-
-@cache
-def _blas() -> ThreadpoolController:
-    """Return the switch for BLAS's threads: their number changes the rounding, and must not."""
-    return ThreadpoolController()
 
 
 def spread_of(points: NDArray[np.float64]) -> float:

@@ -5,8 +5,11 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
-from typing import Protocol, TypeVar
+from contextlib import AbstractContextManager, contextmanager
+from functools import cache
+from typing import Any, Protocol, TypeVar, cast
+
+from threadpoolctl import ThreadpoolController
 
 from relit.errors import OptionError
 
@@ -86,3 +89,21 @@ def split(size: int, parts: int) -> list[tuple[int, int]]:
     [(0, 3), (3, 6), (6, 10)]
     """
     return [(size * part // parts, size * (part + 1) // parts) for part in range(parts)]
+
+
+def one_blas_thread() -> AbstractContextManager[Any]:
+    """Keep BLAS to one thread: their number changes the rounding, and on a busy machine they wait for ever.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> with one_blas_thread():
+    ...     np.linalg.solve(2 * np.eye(2), [1, 2]).tolist()
+    [0.5, 1.0]
+    """
+    return cast("AbstractContextManager[Any]", _blas().limit(limits=1, user_api="blas"))
+
+
+@cache
+def _blas() -> ThreadpoolController:
+    return ThreadpoolController()

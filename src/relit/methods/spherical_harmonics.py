@@ -23,6 +23,7 @@ from scipy.spatial import Delaunay
 from relit.errors import LandmarkError
 from relit.methods.scene import Relit, Scene, as_planes, stacked
 from relit.pixels import to_unit
+from relit.threads import one_blas_thread
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,6 +36,11 @@ _RATIO = 8.0  # and no ratio goes beyond this, nor below its inverse
 
 def relight(scene: Scene) -> Relit:
     """Return target · ratio of the lights."""
+    with one_blas_thread():
+        return _relit(scene)
+
+
+def _relit(scene: Scene) -> Relit:
     basis = harmonics(mesh_normals(scene.landmarks, scene.face.shape))
     targets = as_planes(to_unit(scene.target).astype(np.float64))
     references = as_planes(to_unit(scene.reference).astype(np.float64))
@@ -71,6 +77,11 @@ def mesh_normals(landmarks: Landmarks, shape: tuple[int, ...]) -> NDArray[np.flo
             "landmarks: expected points with a depth (x, y, z), as the detector gives, got two dimensions; "
             "choose another method, or let the landmarks be detected"
         )
+    with one_blas_thread():
+        return _interpolated(points, shape)
+
+
+def _interpolated(points: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.float64]:
     triangles = Delaunay(points[:, :2]).simplices
     a, b, c = (points[triangles[:, corner]] for corner in range(3))
     facets = np.cross(b - a, c - a)  # as long as the triangle is large

@@ -1,0 +1,74 @@
+"""The gallery: every figure is drawn, and what can be proven of it is."""
+
+import re
+
+import numpy as np
+import pytest
+
+from examples import by_lambda, fig04_scales
+from examples.faces import Face, Faces, in_light, turned
+from examples.gallery import FIGURES, figure
+from relit import Landmarks
+
+
+@pytest.fixture(scope="session")
+def faces(yaleb, portraits):
+    return Faces(yaleb, portraits)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FIGURES)
+def test_figures_are_drawn(name, faces):
+    paper, picture, ours = figure(name, faces)
+    assert picture.dtype == np.uint8
+    assert picture.ndim == 3
+    assert paper.endswith(".")
+    assert ours.endswith(".")
+    assert re.search(r"\d", ours), "what we see is told in figures"
+    if off := re.findall(r"([\d.]+) % off the (?:rendered )?truth", ours):
+        # Relighting is nearer to the truth than leaving the target alone.
+        own = re.findall(r"target(?: itself:|) \(?([\d.]+) %|was by ([\d.]+) %|\(target ([\d.]+) %", ours)
+        assert max(map(float, off)) < max(float(part) for found in own for part in found if part)
+
+
+def test_shapes_are_parted_exactly(faces):
+    assert "6 of 6 λ" in fig04_scales.draw(faces)[1]
+    planes = fig04_scales.shapes()
+    assert np.sum(planes, axis=0).max() == 1, "shapes overlap"
+
+
+@pytest.fixture
+def ball():
+    """A white half ball, as a face of many points."""
+    angle, radius = np.meshgrid(np.linspace(0, 2 * np.pi, 40, endpoint=False), np.linspace(0.02, 1, 20))
+    x, y = (radius * np.cos(angle)).ravel(), (radius * np.sin(angle)).ravel()
+    points = np.column_stack([60 + 40 * x, 60 + 40 * y, -40 * np.sqrt(np.maximum(1 - x**2 - y**2, 0))])
+    return Face(np.full((120, 120, 3), 200, np.uint8), Landmarks(points))
+
+
+def test_light_from_the_side_is_lamberts(ball):
+    lit = in_light(ball, 60, 0, (1, 0.5, 0)).pixels
+    across = np.linspace(-0.5, 0.5, 11)
+    lambert = np.maximum(-across * np.sin(np.pi / 3) + np.sqrt(1 - across**2) * np.cos(np.pi / 3), 0)
+    for channel, share in enumerate((1, 0.5, 0)):
+        wanted = 200 * (0.25 + 0.75 * share * lambert) ** (1 / 2.2)
+        np.testing.assert_allclose(lit[60, np.rint(60 + 40 * across).astype(int), channel], wanted, atol=6)
+
+
+def test_a_ball_that_turns_stays_a_ball_and_its_marks_move(ball):
+    marked = ball.pixels.copy()
+    marked[55:66, 55:66] = (255, 0, 0)
+    view = turned(Face(marked, ball.landmarks), 40)
+    red = np.argwhere((view.pixels[..., 0] > 240) & (view.pixels[..., 1] < 20)).mean(axis=0)
+    # In the middle, it was nearest to the camera; the pivot lies at the ball's centre.
+    assert red[0] == pytest.approx(60, abs=1.5)
+    assert abs(red[1] - 60) == pytest.approx(40 * np.sin(np.deg2rad(40)), abs=2)
+    front = np.argmin(ball.landmarks.points[:, 2])
+    assert view.landmarks.xy[front] == pytest.approx(red[::-1], abs=2.5)
+
+
+@pytest.mark.slow
+def test_more_light_is_carried_by_larger_lambdas(faces):
+    _, seen = by_lambda.by_lambda(faces, ("yaleB07", 0, 0), ("yaleB08", 50, 0), (0.01, 0.2))
+    least, most = map(float, re.findall(r"([\d.]+) % off", seen))
+    assert most < least / 2
