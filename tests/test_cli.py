@@ -386,6 +386,22 @@ class TestTransfer:
         succeed(f"{TRANSFER} -o other.png --stages steps --force {flags}")
         assert listing(place / "steps") == before
 
+    def test_a_second_reference(self, place, fail, succeed):
+        succeed(f"{TRANSFER} -o out.png --method quotient --second-reference reference.png --stages steps")
+        # A reference in the light that the target has already changes nothing.
+        np.testing.assert_allclose(pixels_of("out.png").astype(int), pixels_of("target.png"), atol=2)
+        np.testing.assert_array_equal(
+            pixels_of("steps/warped_second_reference.png"), pixels_of("steps/warped_reference.png")
+        )
+        assert "second_reference: expected the reference's face" in fail(
+            f"{TRANSFER} -o o.png --method quotient"
+        )
+        assert "expected none with method 'ltv'" in fail(
+            f"{TRANSFER} -o o.png --second-reference target.png", code=2
+        )
+        assert "belong to a --second-reference" in fail(f"{TRANSFER} -o o.png --second-face 1", code=2)
+        assert not (place / "o.png").exists()
+
     def test_stages_are_what_the_library_draws(self, plain, succeed):
         succeed(f"{TRANSFER} -o out.png --stages steps")
         for name, picture in figures.stage_pictures(plain).items():
