@@ -394,7 +394,7 @@ class TestTransfer:
             pixels_of("steps/warped_second_reference.png"), pixels_of("steps/warped_reference.png")
         )
         assert "second_reference: expected the reference's face" in fail(
-            f"{TRANSFER} -o o.png --method quotient"
+            f"{TRANSFER} -o o.png --method quotient", code=2
         )
         assert "expected none with method 'ltv'" in fail(
             f"{TRANSFER} -o o.png --second-reference target.png", code=2
