@@ -7,7 +7,7 @@ from pathlib import Path
 
 from examples.faces import Faces
 from examples.gallery import FIGURES, figure
-from relit import write_image
+from relit import RelitError, write_image
 
 
 def main() -> None:
@@ -27,7 +27,10 @@ def main() -> None:
     faces = Faces(given.yaleb, given.portraits)
     pages = []
     for name in given.figures or FIGURES:
-        paper, picture, ours = figure(name, faces)
+        try:
+            paper, picture, ours = figure(name, faces)
+        except RelitError as error:
+            parser.error(str(error))
         write_image(given.output / f"{name}.png", picture, overwrite=True)
         pages.append(f"## {name}\n\n![]({name}.png)\n\nThe paper: {paper}\n\nWe: {ours}\n")
         print(pages[-1], flush=True)

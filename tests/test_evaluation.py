@@ -184,7 +184,7 @@ def test_wrong_tables_are_refused(tmp_path, triples):
     with pytest.raises(OptionError, match="has no rows"):
         triple_cases(wrong)
     wrong.write_text("target,reference,truth\na,b,\n")
-    with pytest.raises(OptionError, match="truth of row 1: expected str, got ''"):
+    with pytest.raises(OptionError, match="truth of row 1: expected text, got ''"):
         triple_cases(wrong)
     protocol = tmp_path / "protocol.csv"
     protocol.write_text(
@@ -196,7 +196,7 @@ def test_wrong_tables_are_refused(tmp_path, triples):
     assert case.second_reference == ("b", FRONTAL)
     assert swapped(case).truth == ("b", FRONTAL)
     protocol.write_text(protocol.read_text().replace("5,5", "5,x"))
-    with pytest.raises(OptionError, match="elevation of row 1: expected int, got 'x'"):
+    with pytest.raises(OptionError, match="elevation of row 1: expected a whole number, got 'x'"):
         protocol_cases(protocol, "q")
     with pytest.raises(OutputError, match="no format to write goes by"):
         run("evaluate", triples, "--figure", tmp_path / "figure.doc")

@@ -62,6 +62,7 @@ class Light(NamedTuple):
 
 FRONTAL = Light(0, 0)
 
+_WORDS = {str: "text", int: "a whole number", float: "a number"}
 _NAME = re.compile(r"A([+-]\d+)E([+-]\d+)\.pgm$")
 
 
@@ -187,7 +188,7 @@ def read_table(path: Path, columns: Mapping[str, type]) -> list[dict[str, Any]]:
                 values[column] = kind(row[column])
             except ValueError:
                 raise OptionError(
-                    f"{path}: {column} of row {len(rows) + 1}: expected {kind.__name__}, got {row[column]!r}"
+                    f"{path}: {column} of row {len(rows) + 1}: expected {_WORDS[kind]}, got {row[column]!r}"
                 ) from None
         rows.append(values)
     if not rows:
