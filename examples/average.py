@@ -23,7 +23,7 @@ EVERY = 3  # of the protocol's cases
 def draw(faces: Faces) -> tuple[NDArray[np.uint8], str]:
     """Average over four subjects of like complexion, and show one case of each."""
     cases = protocol_cases(faces.yaleb / "protocol.csv", "paper4")[::EVERY]
-    methods = {"ltv": TransferOptions()}
+    methods = {"ltv": TransferOptions(method="ltv")}
     outcomes = [o for found in evaluate(cases, methods, folder=faces.yaleb, jobs=available()) for o in found]
     raw = {line.method: line for line in summaries(outcomes) if (line.group, line.figure) == ("all", "raw")}
     shown = {case.target[0]: case for case in cases}

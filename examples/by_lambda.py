@@ -38,9 +38,12 @@ def by_lambda(
         assert result.target_split
         u, _ = split_pictures(result.reference_split)
         _, v = split_pictures(result.target_split)
-        scores = score(faces.yale.aligned(result.image, ours[0], own), truth)
+        image, warped = (
+            faces.yale.aligned(one, ours[0], own) for one in (result.image, result.alignment.warped)
+        )
+        scores = score(image, truth, warped)
         panels = [(f"u of the reference, lambda {lam}", u), ("v of the target", v), ("relit", result.image)]
         strips.append(strip(panels, 240))
         found.append(f"λ = {lam}: {scores.raw:.1f} % off the truth, {scores.gain:.1f} % at the best exposure")
-    plain = score(faces.yale.aligned(target.pixels, ours[0], own), truth)
+    plain = score(faces.yale.aligned(target.pixels, ours[0], own), truth, warped)
     return page(strips), "; ".join(found) + f"; the target itself: {plain.raw:.1f} %, {plain.gain:.1f} %."

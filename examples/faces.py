@@ -15,7 +15,7 @@ from scipy.ndimage import binary_closing, distance_transform_edt, map_coordinate
 
 from relit import Landmarks, TransferResult, detect_landmarks, read_image, transfer
 from relit.compose import face_mask
-from relit.methods.spherical_harmonics import mesh_normals
+from relit.face_shape import face_shape
 from relit.threads import one_blas_thread
 from relit.yale_b import Light, YaleB
 
@@ -69,13 +69,13 @@ def _small(path: Path, width: int = 400) -> Face:
 
 
 def relit_face(target: Face, reference: Face, **changes: Any) -> TransferResult:
-    """Carry the light of one face to another."""
+    """Carry the light of one face to another, as the paper does."""
     return transfer(
         target.pixels,
         reference.pixels,
         target_landmarks=target.landmarks,
         reference_landmarks=reference.landmarks,
-        **changes,
+        **{"method": "ltv", **changes},
     )
 
 
@@ -109,7 +109,7 @@ def in_light(
     """
     across, up = np.deg2rad([azimuth, elevation])
     towards = np.array([-np.sin(across) * np.cos(up), -np.sin(up), -np.cos(across) * np.cos(up)])
-    lambertian = np.maximum(mesh_normals(face.landmarks, face.pixels.shape) @ towards, 0)
+    lambertian = np.maximum(face_shape(face.landmarks, face.pixels.shape).normals @ towards, 0)
     # What is not face has no normals here, and the mean light.
     mask = face_mask(face.landmarks, face.pixels.shape)
     lambertian = mask * lambertian + (1 - mask) * lambertian[mask == 1].mean()

@@ -30,7 +30,7 @@ def draw(faces: Faces) -> tuple[NDArray[np.uint8], str]:
 def beside_truth(faces: Faces, target: str, reference: str, light: Light) -> tuple[NDArray[np.uint8], str]:
     """Relight a frontal Yale B face by another in a light, and the other way round."""
     case = Case(target, "", (target, FRONTAL), (reference, light), (target, light))
-    methods = {"ltv": TransferOptions()}
+    methods = {"ltv": TransferOptions(method="ltv")}
     rows = [
         (name, images_of(one, methods, faces.yaleb)[0], "ltv")
         for name, one in (("a", case), ("b", swapped(case)))

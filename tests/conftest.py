@@ -8,6 +8,8 @@ import hypothesis
 import numpy as np
 import pytest
 
+from relit.landmarks import Landmarks
+
 # Machines are shared and noisy, so no deadline; and a change lands or not by what it does, not by a draw.
 hypothesis.settings.register_profile("relit", deadline=None, derandomize="CI" in os.environ)
 hypothesis.settings.load_profile("relit")
@@ -67,3 +69,15 @@ def face_points():
             inner,
         ]
     )
+
+
+@pytest.fixture
+def ball():
+    """Landmarks all over the front of a ball, its true normals on 100 by 100 px, and where it is."""
+    angle, radius = np.meshgrid(np.linspace(0, 2 * np.pi, 60, endpoint=False), np.linspace(0.02, 0.9, 25))
+    x, y = (radius * np.cos(angle)).ravel(), (radius * np.sin(angle)).ravel()
+    points = np.column_stack([50 + 40 * x, 50 + 40 * y, -40 * np.sqrt(1 - x**2 - y**2)])
+    gy, gx = (np.mgrid[:100, :100] - 50) / 40
+    face = gx**2 + gy**2 < 0.8**2
+    gz = -np.sqrt(np.maximum(1 - gx**2 - gy**2, 0))
+    return Landmarks(points), np.dstack([gx, gy, gz]), face

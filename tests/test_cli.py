@@ -34,7 +34,7 @@ from relit.image import Photo, read_image, write_image
 from relit.landmark_files import read_landmarks, write_landmarks
 from relit.landmarks import Landmarks
 from relit.ltv import decompose, normalize
-from relit.methods import ltv_swap
+from relit.methods import ltv_swap, shading
 from relit.options import TransferOptions
 from relit.samples import sample
 from relit.scale import automatic_lam
@@ -375,9 +375,9 @@ class TestTransfer:
         np.testing.assert_array_equal(pixels_of("target.png"), plain.image)
 
     @pytest.mark.parametrize("flags", ["", "--no-mask"])
-    def test_stages(self, place, fail, succeed, flags):
+    def test_stages(self, place, plain, fail, succeed, flags):
         report = json.loads(succeed(f"{TRANSFER} -o out.png --stages steps --json {flags}"))
-        names = {*figures.STAGES, "sheet"} - {"warped_second_reference", *(["mask"] if flags else [])}
+        names = {*figures.stage_pictures(plain), "sheet"} - ({"mask"} if flags else set())
         assert {path.name for path in (place / "steps").iterdir()} == {f"{name}.png" for name in names}
         assert sorted(report["stages"]) == sorted(f"steps/{name}.png" for name in names)
         np.testing.assert_array_equal(pixels_of("steps/result.png"), pixels_of("out.png"))
@@ -396,7 +396,7 @@ class TestTransfer:
         assert "second_reference: expected the reference's face" in fail(
             f"{TRANSFER} -o o.png --method quotient", code=2
         )
-        assert "expected none with method 'ltv'" in fail(
+        assert "expected none with method 'shading'" in fail(
             f"{TRANSFER} -o o.png --second-reference target.png", code=2
         )
         assert "belong to a --second-reference" in fail(f"{TRANSFER} -o o.png --second-face 1", code=2)
@@ -844,7 +844,9 @@ class TestRefusals:
             raise MemoryError
 
         monkeypatch.setattr(ltv_swap, "decompose", starve)
-        assert fail(f"{TRANSFER} -o out.png").startswith("not enough memory for photos of this size")
+        assert fail(f"{TRANSFER} -o out.png --method ltv").startswith(
+            "not enough memory for photos of this size"
+        )
 
 
 # What a command takes besides transfer options.
@@ -866,7 +868,7 @@ OPTIONS = {
     "align": {"kernel", "affine", "smoothing"},
     "decompose": {"lam", "neighborhood"},
     "normalize": {"lam", "neighborhood"},
-    "evaluate": {"method", "neighborhood", "kernel", "affine", "smoothing"},
+    "evaluate": {"method", "exposure", "neighborhood", "kernel", "affine", "smoothing"},
 }
 
 
@@ -937,8 +939,8 @@ class TestOneSourceOfOptions:
         ],
     )
     def test_every_channel_arrives(self, options_of, space, channel):
-        options = options_of("--color-space", space, "--channels", channel)
-        assert options == TransferOptions(color_space=space, channels=channel)
+        options = options_of("--method", "ltv", "--color-space", space, "--channels", channel)
+        assert options == TransferOptions(method="ltv", color_space=space, channels=channel)
 
     @pytest.mark.parametrize(
         "name", [name for name, field in FIELDS.items() if isinstance(field.default, bool)]
@@ -947,12 +949,15 @@ class TestOneSourceOfOptions:
     def test_every_switch_arrives(self, options_of, name, value):
         assert options_of(f"--{'' if value else 'no-'}{name}") == TransferOptions(**{name: value})
 
-    @pytest.mark.parametrize(("name", "value"), [("lam", 1e-3), ("lam", 7.25), ("smoothing", 0.0)])
+    @pytest.mark.parametrize(
+        ("name", "value"),
+        [("lam", 1e-3), ("lam", 7.25), ("smoothing", 0.0), ("exposure", 0.25), ("tint", 1.0)],
+    )
     def test_numbers_arrive(self, options_of, name, value):
         assert options_of(FIELDS[name].metadata["flag"], repr(value)) == TransferOptions(**{name: value})
 
     def test_every_field_is_tried_above(self):
-        tried = {"channels", "lam", "smoothing"}
+        tried = {"channels", "exposure", "lam", "smoothing", "tint"}
         for name, field in FIELDS.items():
             assert field.metadata["choices"] or isinstance(field.default, bool) or name in tried
 
@@ -989,7 +994,7 @@ class TestInterruption:
         [
             (detect, "detect_landmarks"),
             (relighting, "align"),
-            (ltv_swap, "decompose"),
+            (shading, "fit_light"),
             (relighting, "blend"),
             (figures, "contact_sheet"),
         ],

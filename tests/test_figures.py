@@ -17,9 +17,25 @@ def result(face_points):
     return transfer(target, target[:, ::-1].copy(), target_landmarks=face, reference_landmarks=face)
 
 
+def again(result, **changes):
+    return transfer(
+        result.target,
+        result.reference,
+        target_landmarks=result.target_landmarks,
+        reference_landmarks=result.reference_landmarks,
+        **changes,
+    )
+
+
 def test_every_stage_has_its_picture(result):
     pictures = stage_pictures(result)
-    assert tuple(pictures) == tuple(name for name in STAGES if name != "warped_second_reference")
+    split = {f"{role}_{part}" for role in ("target", "reference") for part in "uv"}
+    assert tuple(pictures) == tuple(
+        name for name in STAGES if name not in {"warped_second_reference", *split}
+    )
+    by_ltv = stage_pictures(again(result, method="ltv"))
+    assert set(pictures) - set(by_ltv) == set(result.layers)
+    assert set(by_ltv) - set(pictures) == split
     np.testing.assert_array_equal(pictures["result"], result.image)
     np.testing.assert_array_equal(pictures["warped_reference"], result.alignment.warped)
     np.testing.assert_array_equal(pictures["mask"], np.rint(result.mask * 255))
@@ -35,14 +51,8 @@ def test_u_shows_as_it_is_and_v_with_one_at_mid_grey():
 
 
 def test_without_a_mask_there_is_no_picture_of_it(result):
-    whole = transfer(
-        result.target,
-        result.reference,
-        target_landmarks=result.target_landmarks,
-        reference_landmarks=result.reference_landmarks,
-        mask=False,
-    )
-    assert set(stage_pictures(whole)) == {*STAGES} - {"mask", "warped_second_reference"}
+    whole = again(result, mask=False)
+    assert set(stage_pictures(result)) - set(stage_pictures(whole)) == {"mask"}
     assert contact_sheet(whole, height=80).ndim == 3
 
 

@@ -20,6 +20,10 @@ def test_every_option_declares_its_flag_and_help():
     ("name", "value"),
     [
         ("method", "magic"),
+        ("exposure", -0.1),
+        ("exposure", 1.01),
+        ("tint", 2),
+        ("tint", None),
         ("lam", 0),
         ("lam", -0.1),
         ("lam", np.nan),
@@ -53,6 +57,12 @@ def test_values_out_of_range_are_refused_by_name(name, value):
         {"neighborhood": 16},
         {"neighborhood": "isotropic"},
         {"color_space": "hsv", "channels": "v"},
+        {"exposure": 0},
+        {"exposure": None},
+        {"tint": 1},
+        {"color_space": "ycbcr", "channels": "primary"},
+        {"color_space": "hsv", "channels": "all"},
+        {"method": "ltv", "color_space": "hsv", "channels": "h"},
         {"smoothing": 0},
         {"smoothing": None},
     ],
@@ -79,3 +89,13 @@ def test_changed_checks_names_and_values_and_keeps_the_rest():
 def test_options_are_frozen():
     with pytest.raises(FrozenInstanceError):
         TransferOptions().lam = 1
+
+
+@pytest.mark.parametrize(("space", "channels"), [("hsv", "primary"), ("hsv", "s"), ("ycbcr", "cb")])
+def test_shading_lights_what_has_a_brightness(space, channels):
+    with pytest.raises(
+        OptionError, match=f"channels: expected .* or 'all' with method 'shading'.*{channels}"
+    ):
+        TransferOptions(color_space=space, channels=channels)
+    assert TransferOptions(color_space=space).lit_channels == {"hsv": "v", "ycbcr": "y"}[space]
+    assert TransferOptions(color_space=space, method="ltv").lit_channels == "all"

@@ -9,7 +9,8 @@ from skimage.metrics import structural_similarity
 
 from relit import scores
 from relit.errors import ImageError
-from relit.scores import score
+from relit.ltv import normalize
+from relit.scores import likeness, score
 
 
 @pytest.mark.parametrize("channels", [None, 3])
@@ -25,7 +26,7 @@ def test_ssim_is_that_of_scikit_image(channels):
 def test_only_the_raw_figure_knows_the_exposure(gain):
     truth = data.camera()[100:160, 150:210].astype(float)
     image = truth + np.random.default_rng(1).normal(0, 10, truth.shape)
-    plain, brighter = score(image, truth), score(gain * image, truth)
+    plain, brighter = score(image, truth, truth), score(gain * image, truth, truth)
     assert brighter.gain == pytest.approx(plain.gain)
     assert brighter.ssim == pytest.approx(plain.ssim)
 
@@ -34,13 +35,29 @@ def test_errors_are_shares_of_the_range_and_the_border_does_not_count():
     truth = np.full((40, 40), 100.0)
     image = truth.copy()
     image[:8], image[:, -8:] = 0, 255
-    assert score(image, truth).raw == 0
-    assert score(image + 25.5, truth).raw == pytest.approx(10)
-    assert score(image * 0, truth).gain == pytest.approx(100 / 2.55)
+    assert score(image, truth, truth).raw == 0
+    assert score(image + 25.5, truth, truth).raw == pytest.approx(10)
+    assert score(image * 0, truth, truth).gain == pytest.approx(100 / 2.55)
 
 
 def test_images_that_cannot_be_compared_are_refused():
     with pytest.raises(ImageError, match="expected the shape of the truth"):
-        score(np.zeros((40, 40)), np.zeros((40, 41)))
+        score(np.zeros((40, 40)), *2 * [np.zeros((40, 41))])
     with pytest.raises(ImageError, match="sides of 23 px or more"):
-        score(np.zeros((40, 20)), np.zeros((40, 20)))
+        score(*3 * [np.zeros((40, 20))])
+
+
+def test_identity_tells_whose_features_they_are():
+    ours, theirs = data.astronaut()[60:140, 180:260], data.camera()[60:140, 180:260]
+    ours = ours.mean(axis=2)
+    lit = ours * np.linspace(0.4, 1, 80)
+    assert score(lit, ours, theirs.astype(float)).identity > 0.6
+    assert score(theirs.astype(float), ours, theirs.astype(float)).identity < -0.6
+    assert score(np.full_like(ours, 9), ours, theirs.astype(float)).identity == 0
+
+
+def test_likeness_is_a_correlation():
+    random = np.random.default_rng(0)
+    a, b = random.integers(20, 200, (2, 40, 40))
+    v = [np.log(normalize(image.astype(np.uint8))).ravel() for image in (a, b)]
+    assert likeness(a, b, 255) == pytest.approx(np.corrcoef(*v)[0, 1])

@@ -144,7 +144,7 @@ def transfer(
         stages=saved,
         target=about(source.path, photo, here),
         reference=about(light_source.path, light, there),
-        lambda_px=result.target_split.lam if result.target_split else None,
+        lambda_px=result.lam,
         smoothing=result.alignment.smoothing,
         folded=result.alignment.folded,
         options=asdict(settings),

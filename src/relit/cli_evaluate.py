@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 _EVALUATED = (
     "method",
+    "exposure",
     "neighborhood",
     "kernel",
     "affine",
@@ -83,6 +84,7 @@ def evaluate(
     raw   mean absolute error, % of 255
     gain  the same after the best exposure
     ssim  structural similarity after it: is it still this person?
+    identity  how much more its features are like the truth's than the reference's
     """  # noqa: D301 (click reads the backspace as «do not wrap»)
     from relit.cases import protocol_cases, triple_cases
     from relit.evaluation import as_record, summaries
@@ -154,13 +156,13 @@ def _draw(
 def _table(sums: Sequence[Summary]) -> str:
     """Return the summaries as text: a line for each group and method, a column for each figure."""
     wide = max(len(line.method) for line in sums)
-    lines = [f"{'':10} {'':{wide}} {'raw %':>20} {'gain %':>20} {'SSIM':>20}"]
+    lines = [f"{'':10} {'':{wide}} {'raw %':>20} {'gain %':>20} {'SSIM':>20} {'identity':>20}"]
     for group in dict.fromkeys(line.group for line in sums):
         rows = [line for line in sums if line.group == group]
         for method in dict.fromkeys(line.method for line in rows):
             cells = [
                 f"{line.mean:.{digits}f} [{line.low:.{digits}f}, {line.high:.{digits}f}]"
-                for line, digits in zip((r for r in rows if r.method == method), (2, 2, 3), strict=True)
+                for line, digits in zip((r for r in rows if r.method == method), (2, 2, 3, 2), strict=True)
             ]
             lines.append(f"{group:10} {method:{wide}} " + " ".join(f"{cell:>20}" for cell in cells))
         lines.append(f"{'':10} {rows[0].cases} transfers of {rows[0].pairs} pairs")

@@ -140,7 +140,8 @@ def _with_channels_of(truth: NDArray[Any], image: NDArray[Any]) -> NDArray[Any]:
 def _outcomes(case: Case, methods: Mapping[str, TransferOptions], folder: Path | None) -> list[Outcome]:
     images, seconds = images_of(case, methods, folder)
     return [
-        Outcome(case, name, score(image, images.truth), seconds[name]) for name, image in images.relit.items()
+        Outcome(case, name, score(image, images.truth, images.relit["refcopy"]), seconds[name])
+        for name, image in images.relit.items()
     ]
 
 

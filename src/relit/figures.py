@@ -29,6 +29,10 @@ STAGES = (
     "target_v",
     "reference_u",
     "reference_v",
+    "target_light",
+    "target_is_lit",
+    "person",
+    "new_light",
     "mask",
     "result",
 )
@@ -63,9 +67,10 @@ def stage_pictures(result: TransferResult) -> dict[str, NDArray[Any]]:
     -------
     dict
         ``target`` and ``reference`` with their landmarks, ``warped_reference``, ``warped_second_reference``
-        if there is one, u and v of both if the method splits, ``mask`` if there is one, and ``result`` in the
-        target's dtype. u and v show the channels that were relit, as planes of grey or RGB, and from
-        ``warped_reference`` to ``mask`` all cover `result.region`.
+        if there is one, u and v of both if the method splits, the layers of the method if it has any,
+        ``mask`` if there is one, and ``result`` in the target's dtype. u, v and layers show the channels that
+        were relit, as planes of grey or RGB, and from ``warped_reference`` to ``mask`` all cover
+        `result.region`.
     """
     pictures = {
         "target": landmark_overlay(result.target, result.target_landmarks),
@@ -77,6 +82,7 @@ def stage_pictures(result: TransferResult) -> dict[str, NDArray[Any]]:
     for role, split in (("target", result.target_split), ("reference", result.reference_split)):
         if split is not None:
             pictures[f"{role}_u"], pictures[f"{role}_v"] = split_pictures(split)
+    pictures |= {name: from_unit(layer, np.uint8) for name, layer in result.layers.items()}
     if result.mask is not None:
         pictures["mask"] = from_unit(result.mask, np.uint8)
     return pictures | {"result": result.image}
@@ -136,6 +142,10 @@ def contact_sheet(
         "target_v": "v of the target: the person",
         "reference_u": "u of the reference: the light",
         "reference_v": "v of the reference",
+        "target_light": "light of the target",
+        "target_is_lit": "where it reaches",
+        "person": "the person",
+        "new_light": "the new light",
         "mask": "mask",
         "before": "the face, before",
         "after": "and after",
@@ -144,6 +154,7 @@ def contact_sheet(
     rows = (
         ("target", "reference", "warped_reference", "warped_second_reference"),
         ("target_u", "target_v", "reference_u", "reference_v"),
+        ("target_light", "target_is_lit", "person", "new_light"),
         ("mask", "before", "after", "result"),
     )
     strips = [

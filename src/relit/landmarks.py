@@ -181,12 +181,20 @@ class Landmarks:
         Plain ``points`` do not say where the eyes are: their scale is the square root of their convex
         hull's area over 2.0, which is what the two come to on whole faces.
         """
+        eyes = self.eyes
+        if eyes is None:
+            return float(np.sqrt(ConvexHull(self.xy).volume) / _ROOT_AREA_PER_IOD)
+        return float(np.linalg.norm(eyes[1] - eyes[0]))
+
+    @property
+    def eyes(self) -> NDArray[np.float64] | None:
+        """The centres of the right eye and the left, a row each; None where the scheme knows none."""
         scheme = SCHEMES[self.scheme]
         if not scheme.right_eye:
-            return float(np.sqrt(ConvexHull(self.xy).volume) / _ROOT_AREA_PER_IOD)
-        right = self.points[list(scheme.right_eye)].mean(axis=0)
-        left = self.points[list(scheme.left_eye)].mean(axis=0)
-        return float(np.linalg.norm(left - right))
+            return None
+        return np.stack(
+            [self.points[list(rows)].mean(axis=0) for rows in (scheme.right_eye, scheme.left_eye)]
+        )
 
     @property
     def groups(self) -> dict[str, tuple[int, ...]]:

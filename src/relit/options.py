@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from relit.color import channels_of
+from relit.color import COLOR_SPACES, channels_of
 from relit.errors import OptionError
 
 METHODS = (
+    "shading",
     "ltv",
     "log-gaussian",
     "wls",
@@ -34,10 +35,11 @@ def _option(
     choices: tuple[Any, ...] = (),
     word: str | None = None,
     at_least: float | None = None,
+    at_most: float | None = None,
     above: float | None = None,
 ) -> Any:
     """Declare an option: default, help, command line flag, range, and a word that may stand for a number."""
-    limits = {"choices": choices, "word": word, "at_least": at_least, "above": above}
+    limits = {"choices": choices, "word": word, "at_least": at_least, "at_most": at_most, "above": above}
     return field(default=default, metadata={"help": text, "flag": flag, **limits})
 
 
@@ -48,13 +50,21 @@ class TransferOptions:
     Attributes
     ----------
     method : str
-        How to relight. ``ltv`` is the algorithm of Li, Yin and Deng (2009). ``log-gaussian``, ``wls``,
-        ``moments``, ``histogram`` and ``spherical-harmonics`` are there to compare it with, and so are
-        ``quotient`` and ``expression-ratio``, which take a second reference; each is in `relit.methods`.
+        How to relight: by ``shading``, as docs/shading.md tells, or by ``ltv``, the algorithm of Li, Yin and
+        Deng (2009). ``log-gaussian``, ``wls``, ``moments``, ``histogram`` and ``spherical-harmonics`` are
+        there to compare with, and so are ``quotient`` and ``expression-ratio``, which take a second
+        reference; each is in `relit.methods`.
     lam : float or "auto"
         λ > 0 for a face whose eyes are 100 px apart; it is scaled by 100 / interocular distance. What is
         smaller than about 1/λ px on such a face stays the target's. ``auto`` is slightly smaller than 1/G of
         the target's brows, eyes, nose and mouth: the largest λ at which none of them goes over to the light.
+    exposure : float or None
+        Of ``shading``: the share of the reference's brightness that the face takes on, 0 to 1. None is 0
+        where the face is blended into its photo, which keeps its exposure all round, and 0.5 where the whole
+        image is relit: a dark skin and a weak light look alike in one photo.
+    tint : float
+        Of ``shading``: the share of the reference's overall colour that the face takes on, 0 to 1. By default
+        none: the skin keeps its hue. A grey target takes all of it.
     neighborhood : {4, 8, 16, "isotropic"}
         How total variation measures length: exactly, over 4, 8 or 16 neighbours, or isotropically, by an
         iteration on log I.
@@ -62,7 +72,7 @@ class TransferOptions:
         Where colour is relit.
     channels : str
         ``all``, ``primary`` (H of HSV, Y of YCbCr) or one channel by name; lightness alone where the
-        reference is grey.
+        reference is grey. ``shading`` relights RGB, V of HSV or Y of YCbCr.
     mask : bool
         Whether to relight the face alone and blend it into the photo; False is the paper's whole image.
     kernel : {"thin_plate_spline", "multiquadric", "gaussian"}
@@ -89,9 +99,9 @@ class TransferOptions:
     """
 
     method: str = _option(
-        "ltv",
-        "How to relight. 'ltv' is the algorithm of Li, Yin and Deng (2009); the others are simpler ones to "
-        "compare it with. 'quotient' and 'expression-ratio' take a second reference.",
+        "shading",
+        "How to relight. 'ltv' is the algorithm of Li, Yin and Deng (2009); the others are there to compare. "
+        "'quotient' and 'expression-ratio' take a second reference.",
         flag="--method",
         choices=METHODS,
     )
@@ -103,6 +113,22 @@ class TransferOptions:
         flag="--lambda",
         word="auto",
         above=0,
+    )
+    exposure: float | None = _option(
+        None,
+        "Of 'shading', 0 to 1: how much of the reference's brightness the face takes on. By default "
+        "none, to go with the rest of the photo; 0.5 with --no-mask.",
+        flag="--exposure",
+        at_least=0,
+        at_most=1,
+    )
+    tint: float = _option(
+        0.0,
+        "Of 'shading', 0 to 1: how much of the reference's overall colour the face takes on. 0 keeps the "
+        "hue of its skin; 1 takes a coloured light as it is, and the other's complexion with it.",
+        flag="--tint",
+        at_least=0,
+        at_most=1,
     )
     neighborhood: int | str = _option(
         4,
@@ -148,7 +174,22 @@ class TransferOptions:
         """Check every value against its declared range."""
         for declared in fields(self):
             _check(declared.name, getattr(self, declared.name), declared.default, declared.metadata)
-        channels_of(self.color_space, self.channels)  # type: ignore[arg-type]
+        chosen = channels_of(self.color_space, self.lit_channels)  # type: ignore[arg-type]
+        lightness = COLOR_SPACES[self.color_space].lightness  # type: ignore[index]
+        wanted = channels_of(self.color_space, lightness) if lightness else chosen  # type: ignore[arg-type]
+        if self.method == "shading" and chosen != wanted:
+            raise OptionError(
+                f"channels: expected {lightness!r} or 'all' with method 'shading', which lights what has a "
+                f"brightness, got {self.channels!r}; or choose method ltv"
+            )
+
+    @property
+    def lit_channels(self) -> str:
+        """The channels that are relit: ``shading`` leaves those alone that have no brightness."""
+        lightness = COLOR_SPACES[self.color_space].lightness if self.color_space in COLOR_SPACES else None
+        return (
+            lightness if lightness and self.method == "shading" and self.channels == "all" else self.channels
+        )
 
     def changed(self, **changes: Any) -> TransferOptions:
         """Return the options with some values changed.
@@ -179,9 +220,14 @@ def _check(name: str, value: Any, default: Any, declared: Any) -> None:
         if not isinstance(value, str):
             raise OptionError(f"{name}: expected a name, got {value!r}")
     elif not (isinstance(value, str) and value == declared["word"]):
-        above, at_least = declared["above"], declared["at_least"]
+        above, at_least, at_most = declared["above"], declared["at_least"], declared["at_most"]
         wanted = f"above {above}" if above is not None else f"of {at_least} or more"
+        wanted += f" and at most {at_most}" if at_most is not None else ""
         number = isinstance(value, Real) and not isinstance(value, bool) and bool(np.isfinite(float(value)))
-        if not (number and (value > above if above is not None else value >= at_least)):
+        if not (
+            number
+            and (value > above if above is not None else value >= at_least)
+            and (at_most is None or value <= at_most)
+        ):
             wanted += f", or {declared['word']!r}" if declared["word"] else ""
             raise OptionError(f"{name}: expected a finite number {wanted}, got {value!r}")

@@ -7,7 +7,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +28,8 @@ from relit.planes import planes_of
 from relit.scale import lam_for
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import ArrayLike, NDArray
 
 #: How far round the face the split is solved, in interocular distances: several times the scale 1/λ at which
@@ -61,8 +63,13 @@ class TransferResult:
     mask : (h, w) float32 array or None
         Share of `relit` in the image; None with ``mask=False``.
     options : TransferOptions
+    lam : float
+        λ of the options for this face, in px⁻¹.
     second_alignment : Alignment or None
         The second reference laid over the region; None of methods that take none.
+    layers : mapping of str to (h, w) or (h, w, 3) float32 array
+        What the method made on the way, if it does not split: of ``shading``, the target's light as it was
+        fitted, where it is lit, the person (half the albedo, relative to the skin's), and the new light.
     """
 
     image: NDArray[Any]
@@ -77,7 +84,9 @@ class TransferResult:
     relit: NDArray[np.float32]
     mask: NDArray[np.float32] | None
     options: TransferOptions
+    lam: float
     second_alignment: Alignment | None = None
+    layers: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
 
 
 def transfer(
@@ -138,7 +147,8 @@ def transfer(
     >>> target[41, 31] = 60  # a mole
     >>> reference = (60 + 2 * x).astype(np.uint8)  # light from the right
     >>> points = [[16, 20], [48, 20], [32, 36], [22, 50], [42, 50]]
-    >>> result = transfer(target, reference, target_landmarks=points, reference_landmarks=points, mask=False)
+    >>> landmarks = {"target_landmarks": points, "reference_landmarks": points}
+    >>> result = transfer(target, reference, **landmarks, method="ltv", mask=False)
     >>> result.image[30, [10, 50]].tolist(), int(result.image[41, 31])
     ([80, 160], 61)
     """
@@ -177,7 +187,7 @@ def transfer(
         planes_of,
         face,
         color_space=settings.color_space,  # type: ignore[arg-type]
-        channels=settings.channels,
+        channels=settings.lit_channels,
     )
     planes = split(alignment.warped)
     mask = face_mask(landmarks, face.shape)
@@ -186,9 +196,10 @@ def transfer(
         planes.target,
         planes.reference,
         landmarks,
+        there,
         inside if inside.any() else np.ones_like(inside),
         lam_for(landmarks, settings),
-        settings.neighborhood,
+        settings,
         split(second_alignment.warped).reference if second_alignment else None,
     )
     result = METHODS[settings.method](scene)
@@ -209,7 +220,9 @@ def transfer(
         relit,
         mask if settings.mask else None,
         settings,
+        scene.lam_px,
         second_alignment,
+        result.layers,
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter
 
 from relit.errors import ImageError
+from relit.ltv import normalize
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -30,20 +31,31 @@ class Scores:
         from one reference, and the raw figure mixes it in.
     ssim : float
         Structural similarity after that gain, up to 1: whether it still is this person.
+    identity : float
+        By how much the features of the image correlate more with those of the truth than with those of the
+        reference: below 0 it is rather the other person. Features are v of the LTV model.
     """
 
     raw: float
     gain: float
     ssim: float
+    identity: float
 
 
-def score(image: NDArray[Any], truth: NDArray[Any], *, peak: float = 255.0, border: int = 8) -> Scores:
+def score(
+    image: NDArray[Any],
+    truth: NDArray[Any],
+    reference: NDArray[Any],
+    *,
+    peak: float = 255.0,
+    border: int = 8,
+) -> Scores:
     """Compare a relit image with the truth.
 
     Parameters
     ----------
-    image, truth : (H, W) or (H, W, 3) array
-        Of one shape and scale.
+    image, truth, reference : (H, W) or (H, W, 3) array
+        Of one shape and scale; the reference as it lies on the target.
     peak : float
         The greatest value that a pixel can have.
     border : int
@@ -62,7 +74,7 @@ def score(image: NDArray[Any], truth: NDArray[Any], *, peak: float = 255.0, bord
     --------
     >>> import numpy as np
     >>> truth = np.linspace(0, 200, 32 * 32).reshape(32, 32)
-    >>> dim = score(truth / 2, truth)
+    >>> dim = score(truth / 2, truth, np.flipud(truth))
     >>> round(dim.raw, 1), round(dim.gain, 6), round(dim.ssim, 6)
     (19.6, 0.0, 1.0)
     """
@@ -81,7 +93,26 @@ def score(image: NDArray[Any], truth: NDArray[Any], *, peak: float = 255.0, bord
         raw=float(np.abs(got - wanted).mean() / peak * 100),
         gain=float(np.abs(fitted - wanted).mean() / peak * 100),
         ssim=structural_similarity(fitted, wanted, peak),
+        identity=likeness(image[inner], truth[inner], peak) - likeness(image[inner], reference[inner], peak),
     )
+
+
+def likeness(a: NDArray[Any], b: NDArray[Any], peak: float) -> float:
+    """Return the correlation of the features of two images, whatever their light; 0 where one has none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> face = np.random.default_rng(0).integers(20, 100, (32, 32))
+    >>> round(likeness(face, 2 * face, 255), 6)
+    1.0
+    """
+    levels = [np.asarray(np.clip(np.rint(image / peak * 255), 0, 255), np.uint8) for image in (a, b)]
+    v = [np.log(normalize(image)) for image in levels]
+    spread = [float(plane.std()) for plane in v]
+    if min(spread) < 1e-6:
+        return 0.0
+    return float(((v[0] - v[0].mean()) * (v[1] - v[1].mean())).mean() / (spread[0] * spread[1]))
 
 
 def structural_similarity(a: NDArray[np.float64], b: NDArray[np.float64], peak: float) -> float:

@@ -1,14 +1,23 @@
-"""Ways to relight a target by a reference that lies on it: the paper's, and baselines to compare it with."""
+"""Ways to relight a target by a reference that lies on it: ours, the paper's, and baselines."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-from relit.methods import log_gaussian, ltv_swap, quotient, spherical_harmonics, statistics, wls
+from relit.methods import (
+    log_gaussian,
+    ltv_swap,
+    quotient,
+    shading,
+    spherical_harmonics,
+    statistics,
+    wls,
+)
 from relit.methods.scene import Relit, Scene
 
 #: Name in `TransferOptions` → what takes a `Scene` and returns `Relit`.
 METHODS: dict[str, Callable[[Scene], Relit]] = {
+    "shading": shading.relight,
     "ltv": ltv_swap.relight,
     "log-gaussian": log_gaussian.relight,
     "wls": wls.relight,

@@ -14,7 +14,7 @@ def relight(scene: Scene) -> Relit:
     split = partial(
         decompose,
         lam=scene.lam,
-        neighborhood=scene.neighborhood,
+        neighborhood=scene.options.neighborhood,
         interocular_distance=scene.landmarks.interocular_distance,
     )
     with pool(2) as run:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -10,10 +11,13 @@ import numpy as np
 from relit.ltv import FACE_SCALE
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
     from relit.landmarks import Landmarks
     from relit.ltv import Decomposition
+    from relit.options import TransferOptions
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,12 +31,13 @@ class Scene:
         reference.
     landmarks : Landmarks
         Of the target.
+    reference_landmarks : Landmarks
+        Of the reference in its own photo, paired with them.
     face : (H, W) bool array
         The pixels of the face.
     lam : float
         λ for a face whose eyes are 100 px apart.
-    neighborhood : int or str
-        As in `TransferOptions`.
+    options : TransferOptions
     second : (H, W) or (H, W, 3) array or None
         Planes of the reference's face in the target's light, laid over the target as well.
     """
@@ -40,9 +45,10 @@ class Scene:
     target: NDArray[Any]
     reference: NDArray[Any]
     landmarks: Landmarks
+    reference_landmarks: Landmarks
     face: NDArray[np.bool_]
     lam: float
-    neighborhood: int | str
+    options: TransferOptions
     second: NDArray[Any] | None = None
 
     @property
@@ -52,11 +58,12 @@ class Scene:
 
 
 class Relit(NamedTuple):
-    """Relit planes, and the splits that they are made of, if any."""
+    """Relit planes, and what they are made of: splits of the two photos, or layers by name, if any."""
 
     planes: NDArray[np.float32]
     target_split: Decomposition | None = None
     reference_split: Decomposition | None = None
+    layers: Mapping[str, NDArray[np.float32]] = MappingProxyType({})
 
 
 def recombined(target: Decomposition, reference: Decomposition) -> Relit:

@@ -17,18 +17,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
-from scipy.spatial import Delaunay
 
-from relit.errors import LandmarkError
+from relit.face_shape import face_shape
 from relit.methods.scene import Relit, Scene, as_planes, stacked
 from relit.pixels import to_unit
 from relit.threads import one_blas_thread
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from relit.landmarks import Landmarks
 
 _DARKEST = 0.05  # of the brightest that a light makes: what it leaves darker is no base for a ratio
 _RATIO = 8.0  # and no ratio goes beyond this, nor below its inverse
@@ -41,7 +37,7 @@ def relight(scene: Scene) -> Relit:
 
 
 def _relit(scene: Scene) -> Relit:
-    basis = harmonics(mesh_normals(scene.landmarks, scene.face.shape))
+    basis = harmonics(face_shape(scene.landmarks, scene.face.shape).normals)
     targets = as_planes(to_unit(scene.target).astype(np.float64))
     references = as_planes(to_unit(scene.reference).astype(np.float64))
     relit = []
@@ -57,40 +53,7 @@ def _shading(basis: NDArray[np.float64], image: NDArray[Any], face: NDArray[np.b
     return np.asarray(np.maximum(shade, _DARKEST * shade[face].max()))
 
 
-def harmonics(normals: NDArray[np.float64]) -> NDArray[np.float64]:
+def harmonics(normals: NDArray[Any]) -> NDArray[np.float64]:
     """Return the nine harmonics up to order 2, without their constants, of (..., 3) unit vectors."""
     x, y, z = np.moveaxis(normals, -1, 0)
     return np.stack([np.ones_like(x), x, y, z, x * y, x * z, y * z, x * x - y * y, 3 * z * z - 1], axis=-1)
-
-
-def mesh_normals(landmarks: Landmarks, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Return the unit normal of a face at every pixel, towards the camera, from landmarks with a depth.
-
-    Raises
-    ------
-    LandmarkError
-        If the landmarks have none.
-    """
-    points = landmarks.points
-    if points.shape[1] < 3:
-        raise LandmarkError(
-            "landmarks: expected points with a depth (x, y, z), as the detector gives, got two dimensions; "
-            "choose another method, or let the landmarks be detected"
-        )
-    with one_blas_thread():
-        return _interpolated(points, shape)
-
-
-def _interpolated(points: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.float64]:
-    triangles = Delaunay(points[:, :2]).simplices
-    a, b, c = (points[triangles[:, corner]] for corner in range(3))
-    facets = np.cross(b - a, c - a)  # as long as the triangle is large
-    facets *= -np.sign(facets[:, 2:])
-    at_points = np.zeros_like(points)
-    for corner in range(3):
-        np.add.at(at_points, triangles[:, corner], facets)
-    y, x = np.indices(shape[:2])
-    normals = LinearNDInterpolator(points[:, :2], at_points)(x, y)
-    outside = np.isnan(normals[..., 0])
-    normals[outside] = NearestNDInterpolator(points[:, :2], at_points)(x[outside], y[outside])
-    return np.asarray(normals / np.linalg.norm(normals, axis=-1, keepdims=True))
