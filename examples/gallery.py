@@ -26,6 +26,7 @@ FIGURES = (
     "fig10_small_lambdas",
     "fig11_shadowed_target",
     "fig12_color_spaces",
+    "complexions",
 )
 
 

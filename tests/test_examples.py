@@ -31,6 +31,13 @@ def test_figures_are_drawn(name, faces):
         assert max(map(float, off)) < max(float(part) for found in own for part in found if part)
 
 
+@pytest.mark.slow
+def test_skin_keeps_its_hue(faces):
+    _, _, seen = figure("complexions", faces)
+    largest, by_ltv = map(float, re.findall(r"largest ([\d.]+)", seen))
+    assert largest <= 6 < by_ltv
+
+
 def test_shapes_are_parted_exactly(faces):
     assert "6 of 6 λ" in fig04_scales.draw(faces)[1]
     planes = fig04_scales.shapes()

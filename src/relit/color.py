@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 
 ColorSpaceName = Literal["rgb", "hsv", "ycbcr"]
 
-_LUMA = np.array([0.299, 0.587, 0.114])  # BT.601
+LUMA_WEIGHTS = np.array([0.299, 0.587, 0.114])  # BT.601
 # Cb and Cr are blue and red less luma, scaled to [-½, ½] and shifted to [0, 1].
 _RGB_TO_YCBCR = np.array(
     [
-        _LUMA,
-        (np.array([0, 0, 1]) - _LUMA) / (2 * (1 - _LUMA[2])),
-        (np.array([1, 0, 0]) - _LUMA) / (2 * (1 - _LUMA[0])),
+        LUMA_WEIGHTS,
+        (np.array([0, 0, 1]) - LUMA_WEIGHTS) / (2 * (1 - LUMA_WEIGHTS[2])),
+        (np.array([1, 0, 0]) - LUMA_WEIGHTS) / (2 * (1 - LUMA_WEIGHTS[0])),
     ]
 )
 _CHROMA_SHIFT = np.array([0, 0.5, 0.5])
@@ -68,7 +68,7 @@ def luma(rgb: NDArray[Any]) -> NDArray[Any]:
     >>> round(float(luma(np.array([1.0, 1.0, 1.0]))), 6)
     1.0
     """
-    return np.asarray(rgb @ _LUMA.astype(rgb.dtype))
+    return np.asarray(rgb @ LUMA_WEIGHTS.astype(rgb.dtype))
 
 
 def rgb_to_hsv(rgb: NDArray[Any]) -> NDArray[Any]:

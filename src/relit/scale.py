@@ -139,18 +139,37 @@ def feature_mask(landmarks: Landmarks) -> NDArray[np.bool_]:
             f"landmarks: expected a scheme that names {', '.join(_FEATURES)}, got {landmarks.scheme}; give "
             "λ as a number"
         )
-    xy = landmarks.xy * (_FACE / landmarks.interocular_distance)
-    xy = xy - xy.min(axis=0) + _FACE / 4  # room around
-    width, height = np.ceil(xy.max(axis=0) + _FACE / 4).astype(int).tolist()
-    picture = Image.new("1", (width, height))
-    draw = ImageDraw.Draw(picture)
-    for name in _FEATURES:
-        points = xy[list(groups[name])]
+    hulls = feature_hulls(landmarks, _FEATURES)
+    points = np.vstack(hulls)
+    grow = _FACE / landmarks.interocular_distance
+    corner = points.min(axis=0) * grow - _FACE / 4  # room around
+    width, height = np.ceil(points.max(axis=0) * grow - corner + _FACE / 4).astype(int).tolist()
+    return drawn([hull * grow - corner for hull in hulls], (height, width))
+
+
+def feature_hulls(landmarks: Landmarks, names: tuple[str, ...]) -> list[NDArray[np.float64]]:
+    """Return the convex hulls, (n, 2) in px, of features of a face: two each of what comes in pairs.
+
+    Examples
+    --------
+    >>> from relit import detect_landmarks, read_image, sample
+    >>> face = detect_landmarks(read_image(sample("target")).pixels)
+    >>> len(feature_hulls(face, ("brows", "mouth"))), feature_hulls(face, ("hat",))
+    (3, [])
+    """
+    hulls = []
+    for name in names:
+        points = landmarks.xy[list(landmarks.groups.get(name, ()))]
         left = points[:, 0] > np.median(points[:, 0]) if name in _PAIRED else np.zeros(len(points), bool)
-        for side in (points[left], points[~left]):
-            if len(side) > 2:
-                hull = side[ConvexHull(side).vertices]
-                draw.polygon([(x, y) for x, y in hull.tolist()], fill=1)
+        hulls += [side[ConvexHull(side).vertices] for side in (points[left], points[~left]) if len(side) > 2]
+    return hulls
+
+
+def drawn(polygons: list[NDArray[np.float64]], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Return polygons, (n, 2) of (x, y) in px, filled on an empty plane."""
+    picture = Image.new("1", (shape[1], shape[0]))
+    for polygon in polygons:
+        ImageDraw.Draw(picture).polygon([(x, y) for x, y in polygon.tolist()], fill=1)
     return np.array(picture, np.bool_)
 
 

@@ -21,11 +21,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.ndimage import gaussian_filter, grey_erosion, map_coordinates
 
+from relit.color import LUMA_WEIGHTS
 from relit.face_shape import FaceShape, face_shape
 from relit.lambertian import Light, fit_light
 from relit.ltv import DARKEST
 from relit.methods.scene import Relit, Scene, as_planes, stacked
 from relit.pixels import to_unit
+from relit.scale import drawn, feature_hulls
 
 if TYPE_CHECKING:
     from typing import TypeAlias
@@ -45,6 +47,8 @@ _UNLIT, _LIT = 0.03, 0.3  # brightness, of the light's strength, that says nothi
 _RESIDUAL, _SHADOW, _SHADOW_FROM = 0.6, 0.6, -0.8  # share of r that is light, more of it below, in log I
 _UNKNOWN = 0.5  # of a difference in brightness: the light's share, where nothing tells it from the skin's
 _SLANTED = 0.5  # sine of the angle from which on a light casts shadows at their deepest
+_FEATURES = ("brows", "eyes", "mouth")  # where two persons differ most
+_OTHERS, _ACROSS = 0.9, 0.1  # how little of r counts there, and how far it is from beyond them
 _BLUR, _WIDE = 0.02, 0.04  # interocular distances
 
 
@@ -86,6 +90,8 @@ def relight(scene: Scene) -> Relit:
     targets *= len(references) // len(targets)
 
     blur = 0.5 / scene.lam_px
+    features = drawn(feature_hulls(scene.landmarks, _FEATURES), scene.face.shape).astype(np.float64)
+    features = gaussian_filter(np.minimum(gaussian_filter(features, _BLUR * unit) * 4, 1), _BLUR * unit)
     grey = np.mean([reference.person for reference in references], axis=0)
     lits, persons, lights = [], [], []
     for target, reference in zip(targets, references, strict=True):
@@ -93,7 +99,7 @@ def relight(scene: Scene) -> Relit:
         person, stand_in = _person(target, reference, lit, ours.inside, mirror)
         if colored:
             person = person + gaussian_filter(reference.person - grey, blur)
-        residual = gaussian_filter(stand_in - person, blur)
+        residual = _residual(stand_in - person, features, blur, unit)
         share = _RESIDUAL * residual + _SHADOW * np.minimum(residual - _SHADOW_FROM, 0)
         lits.append(lit)
         persons.append(person)
@@ -102,11 +108,14 @@ def relight(scene: Scene) -> Relit:
     anchor = _anchor(scene.options, targets, references, lights, ours.inside, colored)
     lights = [light + shift for light, shift in zip(lights, anchor, strict=True)]
     relit = stacked([np.exp(light + person) for light, person in zip(lights, persons, strict=True)])
+    # The hue of the skin is shown in the person, though in one photo it may be that of the light.
+    tone = np.log([max(target.light.strength, DARKEST) for target in targets])
+    tone -= tone.mean()
     layers = {
-        "target_light": stacked([np.exp(target.shade) for target in targets]),
+        "target_light": stacked([np.exp(t.shade - c) for t, c in zip(targets, tone, strict=True)]),
         "target_is_lit": stacked(lits),
-        "person": stacked([np.exp(person) / 2 for person in persons]),
-        "new_light": stacked([np.exp(light) for light in lights]),
+        "person": stacked([np.exp(person + c) / 2 for person, c in zip(persons, tone, strict=True)]),
+        "new_light": stacked([np.exp(light - c) for light, c in zip(lights, tone, strict=True)]),
     }
     return Relit(np.clip(relit, 0, 1), layers=layers)
 
@@ -123,12 +132,16 @@ def _anchor(
     exposure = options.exposure
     if exposure is None:
         exposure = 0.0 if options.mask else _UNKNOWN
-    pairs = zip(targets, references, strict=True)
-    stronger = np.mean([np.log(t.light.strength / r.light.strength) for t, r in pairs])
-    # A grey target has no hue to keep.
-    tint = 1.0 if colored else options.tint
+    weights = LUMA_WEIGHTS if len(lights) == 3 else np.ones(len(lights))
+    ours, theirs = (
+        np.average([max(face.light.strength, DARKEST) for face in faces], weights=weights)
+        for faces in (targets, references)
+    )
+    stronger = np.log(ours / theirs)
+    # A grey target has no hue to keep. Made brighter, the same pigment is less vivid.
+    tint = min(1.0, float(np.exp(-(1 - exposure) * stronger))) if colored else options.tint
     change = [(target.shade - light)[inside].mean() for target, light in zip(targets, lights, strict=True)]
-    return np.asarray((1 - exposure) * stronger + (1 - tint) * (change - np.mean(change)))
+    return np.asarray((1 - exposure) * stronger + (1 - tint) * (change - np.average(change, weights=weights)))
 
 
 def _explained(plane: NDArray[Any], shape: FaceShape, unit: float) -> _Face:
@@ -174,6 +187,15 @@ def _person(
 
     half = (1 - lit) * mirrored(lit) / (mirrored(target.variance) + _HALVES**2)
     return (total + half * mirrored(target.person)) / (weights + half), stand_in
+
+
+def _residual(difference: Plane, features: Plane, blur: float, unit: float) -> Plane:
+    """Return r, which goes through brows, eyes and mouth as it goes round them."""
+    round_them = 1 - _OTHERS * features
+    wide = gaussian_filter(difference * round_them, _ACROSS * unit) / gaussian_filter(
+        round_them, _ACROSS * unit
+    )
+    return np.asarray(gaussian_filter(difference, blur) * (1 - features) + wide * features)
 
 
 def _mirror(scene: Scene, shape: FaceShape) -> NDArray[np.float64] | None:
