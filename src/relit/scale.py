@@ -159,7 +159,9 @@ def feature_hulls(landmarks: Landmarks, names: tuple[str, ...]) -> list[NDArray[
     """
     hulls = []
     for name in names:
-        points = landmarks.xy[list(landmarks.groups.get(name, ()))]
+        if name not in landmarks.groups:
+            continue
+        points = landmarks.xy[list(landmarks.groups[name])]
         left = points[:, 0] > np.median(points[:, 0]) if name in _PAIRED else np.zeros(len(points), bool)
         hulls += [side[ConvexHull(side).vertices] for side in (points[left], points[~left]) if len(side) > 2]
     return hulls
