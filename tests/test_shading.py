@@ -103,8 +103,15 @@ def test_tint_is_the_share_of_the_references_colour(rendered):
 def test_a_grey_target_takes_the_colours(rendered):
     scene, _ = rendered(FRONT, LEFT)
     colors = np.dstack([scene.reference * share for share in (1, 0.7, 0.5)])
-    planes = relight(dataclasses.replace(scene, reference=colors)).planes[scene.face]
-    assert np.median(planes[:, 0] / planes[:, 2]) == pytest.approx(2, rel=0.1)
+
+    def red_over_blue(exposure):
+        given = dataclasses.replace(scene, reference=colors, options=TransferOptions(exposure=exposure))
+        planes = relight(given).planes[scene.face]
+        return np.median(planes[:, 0] / planes[:, 2])
+
+    assert red_over_blue(1.0) == pytest.approx(2, rel=0.1)
+    # Made brighter than the reference, it is less vivid.
+    assert 1.2 < red_over_blue(0.0) < red_over_blue(1.0)
 
 
 def test_what_is_in_the_dark_is_made_up_from_the_rest(rendered):
