@@ -1,7 +1,7 @@
 """The shape of a face: where its surface looks, and how deep it lies, at every pixel.
 
 From landmarks with a depth, as the detector gives, it is the mesh that they span; from others, a half
-ellipsoid over their hull, which knows a face's roundness and no nose.
+ellipsoid over the face's outline, which is round and has no nose.
 """
 
 from __future__ import annotations
@@ -10,12 +10,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PIL import Image, ImageDraw
 from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import ConvexHull, Delaunay
 
+from relit.compose import face_outline
 from relit.landmarks import Landmarks
+from relit.scale import drawn
 from relit.threads import one_blas_thread
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ class FaceShape:
     depth : (H, W) float32 array
         In px, growing away from the camera.
     inside : (H, W) bool array
-        The hull of the landmarks.
+        The face, as its outline goes.
     """
 
     normals: NDArray[np.float32]
@@ -80,18 +81,15 @@ def face_shape(landmarks: Landmarks, shape: tuple[int, ...], *, of: Landmarks | 
         [gaussian_filter(plane, sigma, mode="nearest") for plane in np.moveaxis(surface, -1, 0)]
     )
     normals = smooth[:3] / np.linalg.norm(smooth[:3], axis=0)
-    picture = Image.new("1", (shape[1], shape[0]))
-    hull = xy[ConvexHull(xy).vertices]
-    ImageDraw.Draw(picture).polygon([(px, py) for px, py in hull.tolist()], fill=1)
     return FaceShape(
         np.asarray(np.moveaxis(normals, 0, -1), np.float32),
         np.asarray(smooth[3], np.float32),
-        np.array(picture, bool),
+        drawn([face_outline(landmarks)], shape),
     )
 
 
 def with_depth(landmarks: Landmarks) -> NDArray[np.float64]:
-    """Return landmarks as ``(x, y, z)``; those that have no depth lie on a half ellipsoid over their hull.
+    """Return landmarks as ``(x, y, z)``; those without a depth lie on a half ellipsoid over their face.
 
     Examples
     --------
@@ -102,8 +100,9 @@ def with_depth(landmarks: Landmarks) -> NDArray[np.float64]:
     points = landmarks.points
     if points.shape[1] == 3:
         return points
-    hull = ConvexHull(points)
-    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    outline = face_outline(landmarks)
+    hull = ConvexHull(outline)
+    middle = (outline.min(axis=0) + outline.max(axis=0)) / 2
     # How far out a point is, on the way from the middle to the hull: 0 there, 1 here.
     facing = hull.equations[:, :2]
     reach = -(hull.equations[:, 2] + facing @ middle)

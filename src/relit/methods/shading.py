@@ -49,6 +49,7 @@ _UNKNOWN = 0.5  # of a difference in brightness: the light's share, where nothin
 _SLANTED = 0.5  # sine of the angle from which on a light casts shadows at their deepest
 _FEATURES = ("brows", "eyes", "mouth")  # where two persons differ most
 _OTHERS, _ACROSS = 0.9, 0.1  # how little of r counts there, and how far it is from beyond them
+_BRIGHTEST = 0.95  # the share of a face that is darker than the brightest
 _BLUR, _WIDE = 0.02, 0.04  # interocular distances
 
 
@@ -65,12 +66,20 @@ class _Face:
         s, on the shape of this face.
     variance : array
         Of p, for the errors of the shape and the noise of the image.
+    inside : array
+        Where the face is.
     """
 
     log: Plane
     light: Light
     shade: Plane
     variance: Plane
+    inside: NDArray[np.bool_]
+
+    @cached_property
+    def strength(self) -> float:
+        """Brightness that the light makes where it meets this face most straightly."""
+        return float(np.exp(np.quantile(self.shade[self.inside], _BRIGHTEST)))
 
     @cached_property
     def person(self) -> Plane:
@@ -109,7 +118,7 @@ def relight(scene: Scene) -> Relit:
     lights = [light + shift for light, shift in zip(lights, anchor, strict=True)]
     relit = stacked([np.exp(light + person) for light, person in zip(lights, persons, strict=True)])
     # The hue of the skin is shown in the person, though in one photo it may be that of the light.
-    tone = np.log([max(target.light.strength, DARKEST) for target in targets])
+    tone = np.log([target.strength for target in targets])
     tone -= tone.mean()
     layers = {
         "target_light": stacked([np.exp(t.shade - c) for t, c in zip(targets, tone, strict=True)]),
@@ -134,8 +143,7 @@ def _anchor(
         exposure = 0.0 if options.mask else _UNKNOWN
     weights = LUMA_WEIGHTS if len(lights) == 3 else np.ones(len(lights))
     ours, theirs = (
-        np.average([max(face.light.strength, DARKEST) for face in faces], weights=weights)
-        for faces in (targets, references)
+        np.average([face.strength for face in faces], weights=weights) for faces in (targets, references)
     )
     stronger = np.log(ours / theirs)
     # A grey target has no hue to keep. Made brighter, the same pigment is less vivid.
@@ -150,7 +158,9 @@ def _explained(plane: NDArray[Any], shape: FaceShape, unit: float) -> _Face:
     light = fit_light(smooth, shape.normals, shape.inside)
     wrong = gaussian_filter(light.sensitivity(shape.normals) ** 2, _BLUR * unit)
     noise = _NOISE / np.maximum(gaussian_filter(image, _WIDE * unit), _NOISE)
-    return _Face(np.log(image), light, np.log(_shade(light, shape)), _TILT**2 * wrong + noise**2 + 1e-4)
+    return _Face(
+        np.log(image), light, np.log(_shade(light, shape)), _TILT**2 * wrong + noise**2 + 1e-4, shape.inside
+    )
 
 
 def _shade(light: Light, shape: FaceShape) -> Plane:
@@ -161,7 +171,7 @@ def _shade(light: Light, shape: FaceShape) -> Plane:
 def _lit(face: _Face, unit: float) -> Plane:
     """Return where a face's own light reaches: 0 to 1, and less at a shadow's edge than within the light."""
     size = max(1, round(0.07 * unit))
-    seen = gaussian_filter(np.exp(face.log), _WIDE * unit) / max(face.light.strength, DARKEST)
+    seen = gaussian_filter(np.exp(face.log), _WIDE * unit) / face.strength
     seen = gaussian_filter(grey_erosion(seen, (size, size)), size / 3)
     share = np.clip((seen - _UNLIT) / (_LIT - _UNLIT), 0, 1)
     dark = 1 - share**2 * (3 - 2 * share)
