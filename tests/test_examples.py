@@ -1,5 +1,6 @@
 """The gallery: every figure is drawn, and what can be proven of it is."""
 
+import functools
 import re
 
 import numpy as np
@@ -10,6 +11,8 @@ from examples.faces import Face, Faces, in_light, turned
 from examples.gallery import FIGURES, figure
 from relit import Landmarks
 
+drawn = functools.cache(figure)
+
 
 @pytest.fixture(scope="session")
 def faces(yaleb, portraits):
@@ -19,7 +22,7 @@ def faces(yaleb, portraits):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", FIGURES)
 def test_figures_are_drawn(name, faces):
-    paper, picture, ours = figure(name, faces)
+    paper, picture, ours = drawn(name, faces)
     assert picture.dtype == np.uint8
     assert picture.ndim == 3
     assert paper.endswith(".")
@@ -33,7 +36,7 @@ def test_figures_are_drawn(name, faces):
 
 @pytest.mark.slow
 def test_skin_keeps_its_hue(faces):
-    _, _, seen = figure("complexions", faces)
+    _, _, seen = drawn("complexions", faces)
     largest, by_ltv = map(float, re.findall(r"largest ([\d.]+)", seen))
     assert largest <= 6 < by_ltv
 

@@ -99,8 +99,7 @@ def relight(scene: Scene) -> Relit:
     targets *= len(references) // len(targets)
 
     blur = 0.5 / scene.lam_px
-    features = drawn(feature_hulls(scene.landmarks, _FEATURES), scene.face.shape).astype(np.float64)
-    features = gaussian_filter(np.minimum(gaussian_filter(features, _BLUR * unit) * 4, 1), _BLUR * unit)
+    features = _features(scene, unit)
     grey = np.mean([reference.person for reference in references], axis=0)
     lits, persons, lights = [], [], []
     for target, reference in zip(targets, references, strict=True):
@@ -197,6 +196,13 @@ def _person(
 
     half = (1 - lit) * mirrored(lit) / (mirrored(target.variance) + _HALVES**2)
     return (total + half * mirrored(target.person)) / (weights + half), stand_in
+
+
+def _features(scene: Scene, unit: float) -> Plane:
+    """Return where brows, eyes and mouth are, a little larger, with soft edges."""
+    hulls = drawn(feature_hulls(scene.landmarks, _FEATURES), scene.face.shape)
+    larger = np.minimum(4 * gaussian_filter(hulls.astype(np.float64), _BLUR * unit), 1)
+    return np.asarray(gaussian_filter(larger, _BLUR * unit))
 
 
 def _residual(difference: Plane, features: Plane, blur: float, unit: float) -> Plane:
