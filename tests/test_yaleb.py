@@ -52,23 +52,28 @@ def test_paper4(yaleb, yale_landmarks):
 
     with (yaleb / "protocol.csv").open() as lines:
         rows = [row for row in csv.DictReader(lines) if row["set"] == "paper4"][::EVERY]
-    scores = {"ltv": [], "refcopy": [], "noop": []}
+    scores = {"shading": [], "ltv": [], "refcopy": [], "noop": []}
     for row in rows:
         person, other = row["target"], row["reference"]
         own = int(row["target_azimuth"]), int(row["target_elevation"])
         light = int(row["azimuth"]), int(row["elevation"])
         target = photo(person, *own)
-        result = transfer(
-            target,
-            photo(other, *light),
-            target_landmarks=landmarks(person, *own),
-            reference_landmarks=landmarks(other, *light),
-            mask=False,
-        )
+        given = {
+            "target_landmarks": landmarks(person, *own),
+            "reference_landmarks": landmarks(other, *light),
+            "mask": False,
+        }
+        result = transfer(target, photo(other, *light), method="ltv", **given)
+        ours = transfer(target, photo(other, *light), **given)
         truth = registered(photo(person, *light), person, *light)
-        for name, image in (("ltv", result.image), ("refcopy", result.alignment.warped), ("noop", target)):
+        for name, image in (
+            ("shading", ours.image),
+            ("ltv", result.image),
+            ("refcopy", result.alignment.warped),
+            ("noop", target),
+        ):
             scores[name].append(score(registered(image, person, *own), truth))
-    ltv, refcopy, noop = (np.mean(scores[name], axis=0) for name in ("ltv", "refcopy", "noop"))
+    shading, ltv, refcopy, noop = (np.mean(of_method, axis=0) for of_method in scores.values())
 
     # The do-nothing baselines, against an independent implementation on all rows.
     np.testing.assert_allclose(refcopy[:2], [7.93, 7.30], atol=0.35)
@@ -76,3 +81,5 @@ def test_paper4(yaleb, yale_landmarks):
     assert 6.7 < ltv[0] < 7.7
     assert (ltv[:2] < refcopy[:2]).all()
     assert ltv[2] > max(refcopy[2], noop[2]) + 0.05
+    assert (shading[:2] < ltv[:2] - 1).all()
+    assert shading[2] > ltv[2] + 0.03
