@@ -1,8 +1,9 @@
-"""Carry the light of a reference to a target: Algorithm 1 of Li, Yin and Deng (2009).
+"""Carry the light of a reference to a target.
 
 1. Warp the reference onto the target through paired landmarks.
-2. Split both into large and small scale, ``I = u · v``.
-3. The relit face is ``u(warped reference) · v(target)``.
+2. Relight the target by it, plane of colour by plane: by `methods.shading`, or as Algorithm 1 of Li, Yin and
+   Deng (2009) has it, by `methods.ltv_swap`: ``u(warped reference) · v(target)``.
+3. Blend the face back into its photo.
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ class TransferResult:
         Of the region and of the warped reference, in the channels that were relit; None of methods that do
         not split.
     relit : (h, w) or (h, w, 3) float32 array
-        ``u(warped reference) · v(target)``, in grey or RGB, before it is blended and clipped to [0, 1].
+        What the method made, in grey or RGB, before it is blended into the photo.
     mask : (h, w) float32 array or None
         Share of `relit` in the image; None with ``mask=False``.
     options : TransferOptions
