@@ -78,7 +78,8 @@ def evaluate(
     """Measure how near relit comes to the truth.
 
     FOLDER holds Yale B faces in the layout of CroppedYale, and a protocol of what to relight with what. TABLE
-    is a CSV file with the columns target, reference and truth, paths of photos, and if you like group.
+    is a CSV file with the columns target, reference and truth, paths of photos, and if you like group and
+    second_reference.
 
     \b
     raw   mean absolute error, % of 255

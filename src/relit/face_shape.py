@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _SMOOTH = 0.02  # standard deviation, in interocular distances, of the blur that hides the facets
-_FLATTEST = 0.4  # depth of the ellipsoid over the root of its hull's area
+_HEIGHT = 0.4  # depth of the ellipsoid over the root of its hull's area
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +107,7 @@ def with_depth(landmarks: Landmarks) -> NDArray[np.float64]:
     facing = hull.equations[:, :2]
     reach = -(hull.equations[:, 2] + facing @ middle)
     out = np.clip(((points - middle) @ facing.T / reach).max(axis=1), 0, 1)
-    height = _FLATTEST * np.sqrt(hull.volume)
+    height = _HEIGHT * np.sqrt(hull.volume)
     return np.column_stack([points, -height * np.sqrt(1 - out**2)])
 
 

@@ -92,7 +92,7 @@ def split(size: int, parts: int) -> list[tuple[int, int]]:
 
 
 def one_blas_thread() -> AbstractContextManager[Any]:
-    """Keep BLAS to one thread: their number changes the rounding, and on a busy machine they wait for ever.
+    """Keep BLAS to one thread: more change the rounding, and on a busy machine wait for one another.
 
     Examples
     --------
