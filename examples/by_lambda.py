@@ -34,13 +34,11 @@ def by_lambda(
     strips, found = [strip(first, 240)], []
     for lam in lams:
         result = relit_face(target, reference, lam=lam, mask=False)
-        assert result.reference_split
-        assert result.target_split
-        u, _ = split_pictures(result.reference_split)
-        _, v = split_pictures(result.target_split)
-        image, warped = (
-            faces.yale.aligned(one, ours[0], own) for one in (result.image, result.alignment.warped)
-        )
+        assert result.first.reference_split
+        assert result.first.target_split
+        u, _ = split_pictures(result.first.reference_split)
+        _, v = split_pictures(result.first.target_split)
+        image, warped = (faces.yale.aligned(one, ours[0], own) for one in (result.image, result.first.warped))
         scores = score(image, truth, warped)
         panels = [(f"u of the reference, lambda {lam}", u), ("v of the target", v), ("relit", result.image)]
         strips.append(strip(panels, 240))

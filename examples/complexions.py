@@ -45,7 +45,7 @@ def draw(faces: Faces) -> tuple[NDArray[np.uint8], str]:
             (f"ltv: {ltv_changes[-1]:.1f}", by_ltv.image),
             (f"shading: {changes[-1]:.1f}", result.image),
         ]
-        region = result.region
+        region = result.window
         strips.append(
             strip(
                 [(name, one[region] if one.shape == target.pixels.shape else one) for name, one in panels],
@@ -69,7 +69,9 @@ def draw(faces: Faces) -> tuple[NDArray[np.uint8], str]:
 def flat_lit(result: TransferResult) -> NDArray[np.bool_]:
     """Return which pixels of the face both lights meet nearly straight on."""
     assert result.mask is not None
-    lights = [result.layers[name].mean(axis=-1)[result.mask > 0.5] for name in ("target_light", "new_light")]
+    lights = [
+        result.first.layers[name].mean(axis=-1)[result.mask > 0.5] for name in ("target_light", "new_light")
+    ]
     flat: NDArray[np.bool_] = np.logical_and(*(light >= FLAT * np.quantile(light, 0.98) for light in lights))
     return flat
 

@@ -82,7 +82,7 @@ def relit_face(target: Face, reference: Face, **changes: Any) -> TransferResult:
 def inside(result: TransferResult, image: NDArray[Any]) -> NDArray[np.float64]:
     """Return the pixels of an image, of the target's size, that are in the face: (n,) or (n, 3)."""
     assert result.mask is not None
-    return np.asarray(image[result.region][result.mask > 0.5], np.float64)
+    return np.asarray(image[result.window][result.mask > 0.5], np.float64)
 
 
 def errors_inside(result: TransferResult, truth: NDArray[Any]) -> tuple[float, float]:

@@ -21,7 +21,7 @@ PAPER = "radial basis functions through landmarks placed by hand align the featu
 def draw(faces: Faces) -> tuple[NDArray[np.uint8], str]:
     """Warp one portrait onto another, and find the landmarks again."""
     target, reference = faces.portrait("005"), faces.portrait("136")
-    warped = relit_face(target, reference, mask=False, method="moments").alignment.warped
+    warped = relit_face(target, reference, mask=False, method="moments").first.warped
     eyes = target.landmarks.interocular_distance
 
     def apart(points: NDArray[np.float64]) -> float:

@@ -37,10 +37,10 @@ def draw(faces: Faces) -> tuple[NDArray[np.uint8], str]:
             f"to {miss:.1f} % of the eyes' distance"
         )
         panels = [
-            (f"target, turned {angle}°", ours.pixels[result.region]),
-            ("reference", theirs.pixels[result.region]),
-            ("relit", result.image[result.region]),
-            ("rendered", truth.pixels[result.region]),
+            (f"target, turned {angle}°", ours.pixels[result.window]),
+            ("reference", theirs.pixels[result.window]),
+            ("relit", result.image[result.window]),
+            ("rendered", truth.pixels[result.window]),
         ]
         strips.append(strip(panels, 280))
     return page(strips), "; ".join(found) + "."

@@ -23,10 +23,10 @@ import numpy as np
 import pytest
 import tifffile
 from PIL import Image, ImageCms
-from scipy.ndimage import binary_erosion
+from scipy.ndimage import distance_transform_edt
 from scipy.spatial import Delaunay
 
-from relit import alignment, detect, figures, files, relighting
+from relit import alignment, detect, figures, files, inputs, relighting
 from relit import cli as module
 from relit.color import COLOR_SPACES
 from relit.detect import detect_landmarks
@@ -164,10 +164,12 @@ def in_library(studio, target=None, reference=None, **options):
 
 
 def off_the_face(landmarks, shape):
-    """Return where a photo is more than two pixels outside the convex hull of its landmarks."""
+    """Return where a photo is farther from its face than 0.9 interocular distances and two pixels."""
     y, x = np.mgrid[: shape[0], : shape[1]]
     outside = Delaunay(landmarks.xy).find_simplex(np.dstack([x, y])) < 0
-    return binary_erosion(outside, np.ones((5, 5)), border_value=1)
+    off = distance_transform_edt(outside) > 0.9 * landmarks.interocular_distance + 2
+    assert 0.05 < off.mean() < 0.9
+    return off
 
 
 @functools.cache  # it holds the time at which it was made
@@ -211,10 +213,10 @@ class TestTransfer:
     def test_a_fold_is_told_in_one_line_and_the_photo_written(self, studio, run):
         done = run(f"{TRANSFER} -o out.png --kernel multiquadric --smoothing 0 --no-affine")
         result = in_library(studio, kernel="multiquadric", smoothing=0, affine=False)
-        assert result.alignment.folded > 0
+        assert result.first.alignment.folded > 0
         assert done.code == 0
         assert done.err.startswith(
-            f"relit: warning: the alignment turns over on {result.alignment.folded:.1%}"
+            f"relit: warning: the alignment turns over on {result.first.alignment.folded:.1%}"
         )
         assert done.err.count("\n") == 1
         np.testing.assert_array_equal(pixels_of("out.png"), result.image)
@@ -377,7 +379,7 @@ class TestTransfer:
     @pytest.mark.parametrize("flags", ["", "--no-mask"])
     def test_stages(self, place, plain, fail, succeed, flags):
         report = json.loads(succeed(f"{TRANSFER} -o out.png --stages steps --json {flags}"))
-        names = {*figures.stage_pictures(plain), "sheet"} - ({"mask"} if flags else set())
+        names = {*figures.stage_pictures(plain), "sheet"} - ({"known", "mask"} if flags else set())
         assert {path.name for path in (place / "steps").iterdir()} == {f"{name}.png" for name in names}
         assert sorted(report["stages"]) == sorted(f"steps/{name}.png" for name in names)
         np.testing.assert_array_equal(pixels_of("steps/result.png"), pixels_of("out.png"))
@@ -423,8 +425,8 @@ class TestTransfer:
         assert report["output"] == "out.png"
         assert "stages" not in report
         assert report["lambda_px"] == 0.2 * 100 / studio.target_landmarks.interocular_distance
-        assert report["smoothing"] == plain.alignment.smoothing
-        assert report["folded"] == plain.alignment.folded
+        assert report["smoothing"] == plain.first.alignment.smoothing
+        assert report["folded"] == plain.first.alignment.folded
         assert TransferOptions(**report["options"]) == TransferOptions()
         for role in ROLES:
             height, width = vars(studio)[role].shape[:2]
@@ -779,9 +781,17 @@ class TestRefusals:
             (f"{TRANSFER} -o out.png --bogus", "--bogus"),
             (f"{TRANSFER} -o out.png --face -1", "-1 is not in the range"),
             (f"{TRANSFER} -o out.png --face one", "'one' is not a valid"),
-            (f"{TRANSFER} -o out.png third.png", "unexpected extra argument"),
+            (f"{TRANSFER} -o out.png third.png", "--reference-landmarks was given 1 times for 2 photos"),
+            (f"{TRANSFER} -o out.png third.png --light rim", "given 1 times for 2 photos"),
+            ("transfer target.png reference.png --light rim -o out.png", "Give a REFERENCE, or --light, and"),
+            ("transfer target.png --light sun -o out.png", "--light: expected one of rembrandt"),
+            ("transfer target.png --light rim --swap -o out.png", "--swap takes one REFERENCE"),
+            (f"{TRANSFER} -o out.png --all-faces", "--all-faces goes with no --face"),
+            (f"{TRANSFER} -o out.png --strength -1", "--strength: expected a finite number of 0 or more"),
+            (f"{TRANSFER} -o out.png --region hat", "--region: expected face, or parts"),
+            (f"{TRANSFER} -o out.png --exposure much", "'much' is neither a number nor 'keep' nor 'take'"),
             (TRANSFER, "Missing option '-o'"),
-            ("transfer target.png -o out.png", "Missing argument 'REFERENCE'"),
+            ("transfer target.png -o out.png", "Give a REFERENCE, or --light"),
             ("transfer - - -o out.png", "stdin holds one photo"),
             (f"{TRANSFER} -o - --json", "stdout cannot take both the photo and --json"),
             (f"align target.png reference.png {FACES} -o - --json", "stdout cannot take both"),
@@ -852,9 +862,9 @@ class TestRefusals:
 # What a command takes besides transfer options.
 PHOTOS = {"target", "reference", "target_landmarks", "target_face", "reference_landmarks", "reference_face"}
 OTHERS = {
-    "transfer": PHOTOS
-    | {"second_reference", "second_landmarks", "second_face"}
-    | {"output", "swap", "stages", "force", "as_json"},
+    "transfer": PHOTOS - {"reference"}
+    | {"references", "second_reference", "second_landmarks", "second_face", "region_mask", "all_faces"}
+    | {"output", "swap", "stages", "sheet", "timings", "force", "as_json"},
     "align": PHOTOS | {"output", "force", "as_json"},
     "decompose": {"image", "output", "landmarks", "face", "eye_distance", "force", "as_json"},
     "normalize": {"image", "output", "landmarks", "face", "eye_distance", "force", "as_json"},
@@ -947,17 +957,29 @@ class TestOneSourceOfOptions:
     )
     @pytest.mark.parametrize("value", [True, False])
     def test_every_switch_arrives(self, options_of, name, value):
-        assert options_of(f"--{'' if value else 'no-'}{name}") == TransferOptions(**{name: value})
+        assert options_of(f"--{'' if value else 'no-'}{name.replace('_', '-')}") == TransferOptions(
+            **{name: value}
+        )
 
     @pytest.mark.parametrize(
         ("name", "value"),
-        [("lam", 1e-3), ("lam", 7.25), ("smoothing", 0.0), ("exposure", 0.25), ("tint", 1.0)],
+        [
+            ("lam", 1e-3),
+            ("lam", 7.25),
+            ("smoothing", 0.0),
+            ("exposure", 0.25),
+            ("tint", 1.0),
+            ("strength", 0.5),
+            ("shadows", 0.0),
+            ("highlights", 1.5),
+        ],
     )
     def test_numbers_arrive(self, options_of, name, value):
         assert options_of(FIELDS[name].metadata["flag"], repr(value)) == TransferOptions(**{name: value})
 
     def test_every_field_is_tried_above(self):
-        tried = {"channels", "exposure", "lam", "smoothing", "tint"}
+        tried = {"channels", "exposure", "lam", "smoothing", "tint", "strength", "shadows", "highlights"}
+        tried |= {"light", "region"}  # in TestControl
         for name, field in FIELDS.items():
             assert field.metadata["choices"] or isinstance(field.default, bool) or name in tried
 
@@ -993,7 +1015,7 @@ class TestInterruption:
         ("owner", "name"),
         [
             (detect, "detect_landmarks"),
-            (relighting, "align"),
+            (inputs, "align"),
             (shading, "fit_light"),
             (relighting, "blend"),
             (figures, "contact_sheet"),

@@ -1,11 +1,11 @@
-"""The mask and the blend."""
+"""The mask of a face, and of its parts."""
 
 import numpy as np
 import pytest
 from scipy.ndimage import binary_dilation, distance_transform_edt
 from skimage.draw import polygon2mask
 
-from relit.compose import blend, face_mask, face_outline
+from relit.compose import face_mask, face_outline
 from relit.landmarks import Landmarks
 
 
@@ -54,33 +54,3 @@ def test_the_frame_is_no_edge_of_the_face():
     assert mask[0, 0] == mask[0, 50] == mask[10, 99] == 1
     assert mask[70].max() == 0
     np.testing.assert_array_equal(face_mask(Landmarks([[-50, -50], [150, -50], [50, 400]]), (40, 40)), 1)
-
-
-@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32, np.float64])
-def test_blend_leaves_what_is_outside_bit_for_bit(dtype):
-    rng = np.random.default_rng(0)
-    target = rng.random((20, 30, 3))
-    target = (
-        target.astype(dtype) if np.dtype(dtype).kind == "f" else (target * np.iinfo(dtype).max).astype(dtype)
-    )
-    mask = np.zeros((20, 30), np.float32)
-    mask[5:10, 5:10], mask[7, 7] = 0.5, 1
-    relit = rng.random((20, 30, 3)).astype(np.float32) * 1.5
-    out = blend(target, relit, mask)
-    assert out.dtype == dtype
-    np.testing.assert_array_equal(out[mask == 0], target[mask == 0])
-    scale = 1 if np.dtype(dtype).kind == "f" else np.iinfo(dtype).max
-    np.testing.assert_allclose(out[7, 7] / scale, np.clip(relit[7, 7], 0, 1), atol=0.6 / 255)
-    expected = np.clip((relit[5, 5].astype(float) + target[5, 5] / scale) / 2, 0, 1)
-    np.testing.assert_allclose(out[5, 5] / scale, expected, atol=0.6 / 255)
-
-
-def test_blend_colours_a_grey_target_inside_the_mask_only():
-    target = np.full((4, 4), 100, np.uint8)
-    relit = np.zeros((4, 4, 3), np.float32)
-    relit[..., 0] = 1
-    mask = np.zeros((4, 4), np.float32)
-    mask[1, 1] = 1
-    out = blend(target, relit, mask)
-    assert out[1, 1].tolist() == [255, 0, 0]
-    assert out[0, 0].tolist() == [100, 100, 100]

@@ -194,7 +194,7 @@ def test_transfers_by_every_method(method, pair, ball):
     assert result.image.dtype == np.uint8
     assert (result.image != pair[0]).any()
     pictures = stage_pictures(result)
-    assert ("target_u" in pictures) == (result.target_split is not None)
+    assert ("target_u" in pictures) == (result.first.target_split is not None)
     assert ("new_light" in pictures) == (method == "shading")
     assert contact_sheet(result).ndim == 3
     assert ("warped_second_reference" in stage_pictures(result)) == (method in WITH_SECOND_REFERENCE)

@@ -1,5 +1,6 @@
 """Options check themselves."""
 
+import re
 from dataclasses import FrozenInstanceError, fields
 
 import numpy as np
@@ -20,10 +21,24 @@ def test_every_option_declares_its_flag_and_help():
     ("name", "value"),
     [
         ("method", "magic"),
-        ("exposure", -0.1),
-        ("exposure", 1.01),
+        ("exposure", -9),
+        ("exposure", "much"),
+        ("exposure", np.nan),
         ("tint", 2),
-        ("tint", None),
+        ("tint", "red"),
+        ("strength", -0.1),
+        ("strength", "1"),
+        ("strength", None),
+        ("shadows", 5),
+        ("highlights", np.inf),
+        ("light", "sun"),
+        ("light", 3),
+        ("light", "10,100"),
+        ("region", "hat"),
+        ("region", ""),
+        ("region", "left+"),
+        ("region", None),
+        ("full_resolution", 1),
         ("lam", 0),
         ("lam", -0.1),
         ("lam", np.nan),
@@ -45,7 +60,7 @@ def test_every_option_declares_its_flag_and_help():
     ],
 )
 def test_values_out_of_range_are_refused_by_name(name, value):
-    with pytest.raises(OptionError, match=rf"^{name}: expected .*got {value!r}".replace("(", r"\(")):
+    with pytest.raises(OptionError, match=rf"^{name}: expected .*got {re.escape(repr(value))}"):
         TransferOptions(**{name: value})
 
 
@@ -57,9 +72,15 @@ def test_values_out_of_range_are_refused_by_name(name, value):
         {"neighborhood": 16},
         {"neighborhood": "isotropic"},
         {"color_space": "hsv", "channels": "v"},
-        {"exposure": 0},
+        {"exposure": -1.5},
+        {"exposure": "take"},
         {"exposure": None},
         {"tint": 1},
+        {"tint": "neutral"},
+        {"light": "rim"},
+        {"light": "-30, 12.5"},
+        {"strength": 0},
+        {"region": "left+nose"},
         {"color_space": "ycbcr", "channels": "primary"},
         {"color_space": "hsv", "channels": "all"},
         {"method": "ltv", "color_space": "hsv", "channels": "h"},
@@ -84,6 +105,29 @@ def test_changed_checks_names_and_values_and_keeps_the_rest():
         options.changed(**{"lambda": 1})
     with pytest.raises(OptionError, match="lam"):
         options.changed(lam=-1)
+
+
+def test_words_stand_for_shares():
+    assert [TransferOptions(tint=tint).tint_share for tint in (None, "keep", "take", "neutral", 0.3)] == [
+        None,
+        0,
+        1,
+        0,
+        0.3,
+    ]
+    assert [TransferOptions(exposure=given).stops for given in (None, "keep", "take", -2)] == [
+        None,
+        None,
+        None,
+        -2,
+    ]
+    assert [TransferOptions(exposure=given).exposure_share for given in (None, "keep", "take", 1)] == [
+        0,
+        0,
+        1,
+        0,
+    ]
+    assert TransferOptions(mask=False).exposure_share == 0.5
 
 
 def test_options_are_frozen():

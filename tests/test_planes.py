@@ -1,11 +1,12 @@
 """Which planes are relit, against Sect. 6 of the paper worked out by hand."""
 
 import colorsys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from relit.planes import planes_of
+from relit.planes import plane_space
 
 RNG = np.random.default_rng(0)
 COLOR = RNG.integers(20, 235, (10, 12, 3)).astype(np.uint8)
@@ -20,6 +21,16 @@ SPACES = [
     ("ycbcr", "all"),
     ("ycbcr", "primary"),
 ]
+
+
+def planes_of(target, reference, space, channels):
+    chosen = plane_space(target.ndim == 2, reference.ndim == 2, space, channels)
+    return SimpleNamespace(
+        target=chosen.of_target(target),
+        reference=chosen.of_reference(reference),
+        rebuild=lambda relit: chosen.rebuild(target, relit),
+        weights=chosen.weights,
+    )
 
 
 @pytest.mark.parametrize(("space", "channels"), SPACES)
@@ -99,3 +110,17 @@ def test_relit_channels_stay_in_their_range(space):
         planes.rebuild(np.full((10, 12, 3), 7.0, np.float32)),
         planes.rebuild(np.ones((10, 12, 3), np.float32)),
     )
+
+
+@pytest.mark.parametrize(("space", "channels"), SPACES)
+def test_weights_tell_the_brightness_of_the_rebuilt_photo(space, channels):
+    planes = planes_of(COLOR, OTHER, space, channels)
+    count = np.atleast_3d(planes.target).shape[2]
+    weights = planes.weights(count)
+    assert weights.shape == (count,)
+    assert weights.sum() == pytest.approx(1)
+    if count == 3:
+        target = planes.target / 255 if planes.target.dtype == np.uint8 else planes.target
+        rgb = COLOR / 255
+        measure = rgb.max(axis=2) if space == "hsv" else rgb @ [0.299, 0.587, 0.114]
+        np.testing.assert_allclose(target @ weights, measure, atol=1e-6)

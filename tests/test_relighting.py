@@ -41,48 +41,55 @@ def test_a_photo_as_its_own_reference_comes_back(target, face):
 
 def test_the_result_is_the_references_u_times_the_targets_v(target, reference, face):
     result = transfer(target, reference, **given(face), mask=False, method="ltv")
-    product = result.reference_split.u * result.target_split.v
-    np.testing.assert_array_equal(result.image, np.rint(np.clip(product, 0, 1) * 255))
+    product = result.first.reference_split.u * result.first.target_split.v
+    # u·v is often half way between two grey levels.
+    np.testing.assert_allclose(result.image, np.clip(product, 0, 1) * 255, atol=0.501)
     np.testing.assert_allclose(
-        result.reference_split.u * result.reference_split.v,
-        np.maximum(result.alignment.warped / 255, DARKEST),
+        result.first.reference_split.u * result.first.reference_split.v,
+        np.maximum(result.first.alignment.warped / 255, DARKEST),
         rtol=1e-5,
     )
     np.testing.assert_allclose(
-        result.target_split.u * result.target_split.v, np.maximum(target / 255, DARKEST), rtol=1e-5
+        result.first.target_split.u * result.first.target_split.v,
+        np.maximum(target / 255, DARKEST),
+        rtol=1e-5,
     )
-    assert result.target_split.lam == pytest.approx(0.2 * 100 / result.target_landmarks.interocular_distance)
+    assert result.first.target_split.lam == pytest.approx(
+        0.2 * 100 / result.target_landmarks.interocular_distance
+    )
 
 
 def test_a_flat_target_shows_the_light_alone(face):
     ramp = np.tile(np.linspace(40, 220, 160).astype(np.uint8), (160, 1))
     result = transfer(np.full((160, 160), 77, np.uint8), ramp, **given(face), mask=False, method="ltv")
-    np.testing.assert_array_equal(result.image, np.rint(result.reference_split.u * 255))
+    np.testing.assert_array_equal(result.image, np.rint(result.first.reference_split.u * 255))
     np.testing.assert_allclose(result.image[80, 20:140], ramp[80, 20:140], atol=8)
 
 
 def test_the_mask_keeps_the_rest_and_changes_the_face(target, reference, face):
     result = transfer(target, reference, **given(face))
     weight = np.zeros(target.shape[:2])
-    weight[result.region] = result.mask
+    weight[result.window] = result.mask
     np.testing.assert_array_equal(result.image[weight == 0], target[weight == 0])
     assert np.abs(result.image[weight == 1].astype(int) - target[weight == 1]).mean() > 3
     assert 0.1 < (weight > 0).mean() < 0.9
 
 
-@pytest.mark.parametrize("options", [{"method": "ltv"}, {"method": "shading", "exposure": 0.5}])
+@pytest.mark.parametrize("options", [{"method": "ltv"}, {"method": "shading", "exposure": "take"}])
 def test_working_on_the_region_alone_changes_next_to_nothing_in_the_face(target, reference, face, options):
     small = face * 0.5 + 30
     within = transfer(target, reference, **given(small), **options)
     whole = transfer(target, reference, **given(small), mask=False, **options)
     core = within.mask == 1
     assert within.mask.shape != target.shape[:2]
-    difference = np.abs(within.image[within.region].astype(int) - whole.image[within.region])[core]
-    assert difference.mean() < 0.5
+    # What the method finds; with a mask, it is then carried on over brows, eyes and lips.
+    relit = [np.exp(one.first.change) * np.atleast_3d(target)[within.window] for one in (within,)]
+    relit.append((np.exp(whole.first.change) * target)[within.window])
+    assert np.abs(np.clip(relit[0], 0, 255) - np.clip(relit[1], 0, 255))[core].mean() < 0.5
     # What lies just outside the outline counts: without it, u would end at the outline.
     outline = face_outline(within.target_landmarks)
     margin = 0.7 * within.target_landmarks.interocular_distance
-    rows, columns = within.region
+    rows, columns = within.window
     assert rows.start <= max(outline[:, 1].min() - margin, 0)
     assert columns.stop >= min(outline[:, 0].max() + margin, target.shape[1])
 
@@ -107,7 +114,7 @@ def test_a_grey_target_becomes_coloured(target, reference, face, method, space):
     result = transfer(grey, reference, **given(face), method=method, color_space=space)
     assert result.image.shape == (*grey.shape, 3)
     weight = np.zeros(grey.shape)
-    weight[result.region] = result.mask
+    weight[result.window] = result.mask
     np.testing.assert_array_equal(result.image[weight == 0], np.repeat(grey[weight == 0][:, None], 3, axis=1))
     inside = result.image[weight == 1].astype(int)
     assert np.ptp(inside, axis=1).mean() > 10
@@ -119,7 +126,7 @@ def test_a_colour_target_keeps_its_colour_under_a_grey_reference(target, referen
     grey = reference.mean(axis=2).astype(np.uint8)
     result = transfer(target, grey, **given(face), method=method, color_space=space)
     weight = np.zeros(target.shape[:2])
-    weight[result.region] = result.mask
+    weight[result.window] = result.mask
     before, after = target[weight == 1] / 255, result.image[weight == 1] / 255
     shares = [colors / np.maximum(colors.sum(axis=1, keepdims=True), 0.05) for colors in (before, after)]
     assert np.abs(shares[0] - shares[1]).mean() < 0.03
@@ -135,7 +142,7 @@ def test_extremes_give_no_nan_and_stay_in_range(face):
                 assert np.isfinite(transfer(first, second, **given(face), lam=lam).relit).all()
                 result = transfer(first, second, **given(face), lam=lam, method="ltv")
                 assert np.isfinite(result.relit).all()
-                for split in (result.target_split, result.reference_split):
+                for split in (result.first.target_split, result.first.reference_split):
                     assert np.isfinite(split.u).all()
                     assert np.isfinite(split.v).all()
     whole = {**given(face), "mask": False, "method": "ltv"}

@@ -69,7 +69,7 @@ def test_paper4(yaleb, yale_landmarks):
         for name, image in (
             ("shading", ours.image),
             ("ltv", result.image),
-            ("refcopy", result.alignment.warped),
+            ("refcopy", result.first.alignment.warped),
             ("noop", target),
         ):
             scores[name].append(score(registered(image, person, *own), truth))

@@ -37,7 +37,8 @@ if TYPE_CHECKING:
     from relit.ltv import Decomposition, decompose, normalize
     from relit.options import TransferOptions
     from relit.primal_dual import IsotropicSolution, tv_l1_isotropic
-    from relit.relighting import TransferResult, transfer
+    from relit.relighting import transfer
+    from relit.results import Lighting, TransferResult
     from relit.samples import sample
 
 __version__ = "0.1.0"
@@ -53,12 +54,13 @@ _HOME = {
     "IsotropicSolution": "primal_dual",
     "LandmarkError": "errors",
     "Landmarks": "landmarks",
+    "Lighting": "results",
     "OptionError": "errors",
     "OutputError": "errors",
     "Photo": "image",
     "RelitError": "errors",
     "TransferOptions": "options",
-    "TransferResult": "relighting",
+    "TransferResult": "results",
     "align": "alignment",
     "certify": "certificate",
     "decompose": "ltv",
@@ -84,6 +86,7 @@ __all__ = [
     "IsotropicSolution",
     "LandmarkError",
     "Landmarks",
+    "Lighting",
     "OptionError",
     "OutputError",
     "Photo",

@@ -8,9 +8,9 @@ that ``--help`` and refusals come at once.
 from __future__ import annotations
 
 import sys
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -18,7 +18,7 @@ from relit import __version__
 from relit.cli_evaluate import evaluate
 from relit.cli_options import (
     ALIGNMENT,
-    face_options,
+    check_streams,
     force_option,
     json_option,
     pair_options,
@@ -26,20 +26,16 @@ from relit.cli_options import (
     transfer_options,
 )
 from relit.cli_split import decompose, normalize
+from relit.cli_transfer import transfer
 from relit.terminal import (
-    PictureFolder,
     Source,
     about,
     exit_code_of,
     progress,
     read_photo,
     report,
-    solving,
     warn_of_folds,
 )
-
-if TYPE_CHECKING:
-    pass
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -64,95 +60,6 @@ def relit() -> None:
 
 @relit.command()
 @pair_options
-@click.option("--swap", is_flag=True, help="Swap the roles: relight REFERENCE with the light of TARGET.")
-@click.option(
-    "--second-reference",
-    metavar="FILE",
-    help="For methods that take one: REFERENCE's face in TARGET's light.",
-)
-@face_options("second reference", "second_")
-@transfer_options()
-@click.option("--stages", metavar="DIR", help="Save every stage, and a contact sheet of all, in this folder.")
-@force_option
-@json_option
-def transfer(
-    target: str,
-    reference: str,
-    output: str,
-    target_landmarks: str | None,
-    target_face: int | None,
-    reference_landmarks: str | None,
-    reference_face: int | None,
-    swap: bool,
-    second_reference: str | None,
-    second_landmarks: str | None,
-    second_face: int | None,
-    stages: str | None,
-    force: bool,
-    as_json: bool,
-    **given: Any,
-) -> None:
-    """Relight the face in TARGET with the light of the face in REFERENCE.
-
-    TARGET and REFERENCE are photos; one of them may be - for stdin.
-    """
-    settings = settings_of(given)
-    _check_streams(output, as_json, target, reference, second_reference or "")
-
-    from relit.figures import STAGES, contact_sheet, stage_pictures
-    from relit.image import check_destination, in_one_profile, write_image
-    from relit.relighting import transfer as run
-
-    source = Source("target", target, target_landmarks, target_face)
-    light_source = Source("reference", reference, reference_landmarks, reference_face)
-    if swap:
-        source, light_source = light_source, source
-    if second_reference is None and (second_landmarks is not None or second_face is not None):
-        raise click.UsageError("--second-landmarks and --second-face belong to a --second-reference.")
-    second_source = Source("second", second_reference or "", second_landmarks, second_face)
-    folder = None
-    if stages is not None:
-        folder = PictureFolder(stages, [f"{name}.png" for name in (*STAGES, "sheet")], force)
-        folder.check_apart(output)
-    with progress("Reading the photos"):
-        photo, light = in_one_profile(read_photo(source.path), read_photo(light_source.path))
-        second = read_photo(second_source.path) if second_reference else None
-    check_destination(output, like=photo, overwrite=force)
-    with progress("Finding the faces"):
-        here, there = source.face_in(photo), light_source.face_in(light)
-        beside = second_source.face_in(second) if second else None
-    with solving("Relighting"):
-        result = run(
-            photo,
-            light,
-            target_landmarks=here,
-            reference_landmarks=there,
-            second_reference=second,
-            second_landmarks=beside,
-            options=settings,
-        )
-    warn_of_folds(result.alignment.folded)
-    with progress("Writing"):
-        pictures = stage_pictures(result) if folder else {}
-        if folder:
-            pictures["sheet"] = contact_sheet(result, pictures)
-        write_image(output, result.image, like=photo, overwrite=force)
-        saved = folder.save({f"{name}.png": picture for name, picture in pictures.items()}) if folder else []
-    report(
-        as_json,
-        output=output,
-        stages=saved,
-        target=about(source.path, photo, here),
-        reference=about(light_source.path, light, there),
-        lambda_px=result.lam,
-        smoothing=result.alignment.smoothing,
-        folded=result.alignment.folded,
-        options=asdict(settings),
-    )
-
-
-@relit.command()
-@pair_options
 @transfer_options(*ALIGNMENT)
 @force_option
 @json_option
@@ -170,7 +77,7 @@ def align(
 ) -> None:
     """Warp REFERENCE so that its face lies on the face in TARGET."""
     settings = settings_of(given)
-    _check_streams(output, as_json, target, reference)
+    check_streams(output, as_json, target, reference)
 
     from relit.alignment import align as run
     from relit.image import check_destination, write_image
@@ -232,7 +139,7 @@ def landmarks(
         found = Source("image", image, None, face).face_in(photo)
     picture = replace(photo, pixels=landmark_overlay(photo.pixels, found), alpha=None)
     if overlay:
-        _check_streams(overlay, as_json)
+        check_streams(overlay, as_json)
         check_destination(overlay, like=picture, overwrite=force)
     if output:
         write_landmarks(output, found, overwrite=force, image_name=Path(image).name)
@@ -258,12 +165,5 @@ def samples(folder: str, force: bool, as_json: bool) -> None:
     report(as_json, output=[str(path) for path in copy_samples(Path(folder), overwrite=force)])
 
 
-for _command in (decompose, normalize, evaluate):
+for _command in (transfer, decompose, normalize, evaluate):
     relit.add_command(_command)
-
-
-def _check_streams(output: str, as_json: bool, *inputs: str) -> None:
-    if output == "-" and as_json:
-        raise click.UsageError("stdout cannot take both the photo and --json; write the photo to a file.")
-    if inputs.count("-") > 1:
-        raise click.UsageError("stdin holds one photo; give the other as a file.")

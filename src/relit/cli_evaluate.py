@@ -41,7 +41,7 @@ _EVALUATED = (
 @click.option(
     "--lambda",
     "lams",
-    type=NumberOrWord("auto"),
+    type=NumberOrWord(("auto",)),
     multiple=True,
     default=(0.2,),
     show_default=True,

@@ -25,21 +25,22 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print what w
 
 
 class NumberOrWord(click.ParamType[float | str]):
-    """A number, or a word that stands for one."""
+    """A number, or one of the words that stand for one."""
 
     name = "float"
 
-    def __init__(self, word: str) -> None:
-        self.word = word
+    def __init__(self, words: tuple[str, ...]) -> None:
+        self.words = words
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
         """Return the number, or the word."""
-        if value == self.word:
-            return self.word
+        if value in self.words:
+            return str(value)
         try:
             return float(value)
         except ValueError:
-            self.fail(f"{value!r} is neither a number nor {self.word!r}.", param, ctx)
+            words = " nor ".join(map(repr, self.words))
+            self.fail(f"{value!r} is neither a number nor {words}.", param, ctx)
 
 
 def transfer_options(*names: str) -> Decorator:
@@ -55,10 +56,10 @@ def transfer_options(*names: str) -> Decorator:
                 flag, kind = f"{flag}/{flag.replace('--', '--no-')}", None
             elif choices:
                 kind = click.Choice([str(choice) for choice in choices])
-            elif option.metadata["word"]:
-                kind = NumberOrWord(option.metadata["word"])
+            elif option.metadata["words"]:
+                kind = NumberOrWord(option.metadata["words"])
             else:
-                kind = click.STRING if isinstance(option.default, str) else click.FLOAT
+                kind = click.STRING if option.metadata["text"] else click.FLOAT
             default = str(option.default) if choices else option.default
             command = click.option(
                 flag, option.name, type=kind, default=default, show_default=True, help=option.metadata["help"]
@@ -83,8 +84,17 @@ def settings_of(given: dict[str, Any]) -> TransferOptions:
         raise OptionError(f"{known[name].metadata['flag']}:{rest}") from None
 
 
-def face_options(role: str, prefix: str = "") -> Decorator:
-    """Add the options that say where the face of one photo is."""
+def check_streams(output: str, as_json: bool, *inputs: str) -> None:
+    """Refuse to use a standard stream twice."""
+    if output == "-" and as_json:
+        raise click.UsageError("stdout cannot take both the photo and --json; write the photo to a file.")
+    if inputs.count("-") > 1:
+        raise click.UsageError("stdin holds one photo; give the other as a file.")
+
+
+def face_options(role: str, prefix: str = "", *, several: bool = False) -> Decorator:
+    """Add the options that say where the face of a photo is, or of several photos."""
+    again = ", once for each" if several else ""
 
     def decorate(command: Command) -> Command:
         flag = prefix.replace("_", "-")
@@ -95,14 +105,17 @@ def face_options(role: str, prefix: str = "") -> Decorator:
             f"{prefix}face",
             type=click.IntRange(min=0),
             metavar="N",
-            help=f"Which face of the {role}: 0 is the largest, 1 the next. [default: 0]",
+            multiple=several,
+            help=f"Which face of the {role}{again}: 0 is the largest, 1 the next. [default: 0]",
         )(command)
         return click.option(
             f"--{flag}landmarks",
             f"{prefix}landmarks",
             type=click.Path(),
             metavar="FILE",
-            help=f"Landmarks of the {role}, instead of detected ones: .pts, .tem, .json, .csv or .xml.",
+            multiple=several,
+            help=f"Landmarks of the {role}{again}, instead of detected ones: .pts, .tem, .json, .csv or "
+            ".xml.",
         )(command)
 
     return decorate

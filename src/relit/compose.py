@@ -1,8 +1,8 @@
-"""Where the face ends: a feathered mask from the landmarks, and the way back into the photo."""
+"""Where a face ends, and its parts: masks drawn from the landmarks."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PIL import Image, ImageDraw
@@ -10,8 +10,8 @@ from scipy.ndimage import distance_transform_edt, gaussian_filter
 from scipy.spatial import ConvexHull
 from scipy.special import ndtr
 
+from relit.errors import LandmarkError
 from relit.landmarks import SCHEMES, Landmarks
-from relit.pixels import from_unit, to_unit
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,6 +23,9 @@ _TAIL = 2.5  # standard deviations of the blur from the middle of the soft edge 
 
 #: How far the forehead reaches above the brows, in interocular distances, where no landmark tells.
 _FOREHEAD = 0.7
+
+_SOFT_EDGE, _PART_MARGIN = 0.1, 0.08  # of the parts of a face, in interocular distances
+_IN_PAIRS = ("eyes", "brows", "cheeks")
 
 
 def face_mask(
@@ -52,9 +55,7 @@ def face_mask(
     (0.0, 1.0)
     """
     height, width = shape[:2]
-    picture = Image.new("1", (width, height))
-    ImageDraw.Draw(picture).polygon([(float(x), float(y)) for x, y in face_outline(landmarks)], fill=1)
-    inside = np.asarray(picture, bool)
+    inside = drawn([face_outline(landmarks)], shape)
     if inside.all():
         return np.ones((height, width), np.float32)
     # A face shrunk by half the feather and blurred over it. Beyond the frame the face goes on: the frame's
@@ -85,25 +86,82 @@ def face_outline(landmarks: Landmarks) -> NDArray[np.float64]:
     return np.asarray(points[ConvexHull(points).vertices])
 
 
-def blend(target: NDArray[Any], relit: NDArray[np.float32], mask: NDArray[np.float32] | None) -> NDArray[Any]:
-    """Return the relit face in the target photo, in the target's dtype.
+def part_mask(landmarks: Landmarks, shape: tuple[int, ...], region: str) -> NDArray[np.float32]:
+    """Return where parts of a face are, 0 to 1, with soft edges that meet halfway.
 
     Parameters
     ----------
-    target : (H, W) or (H, W, 3) array
-    relit : (H, W) or (H, W, 3) float32 array
-        In [0, 1]; a grey target that became coloured has three channels here.
-    mask : (H, W) float32 array or None
-        Where it is 0 the target stays as it is, bit for bit; None takes all from `relit`.
+    landmarks : Landmarks
+    shape : tuple of int
+        ``(H, W, ...)`` of the image.
+    region : str
+        As in `TransferOptions`.
 
     Returns
     -------
-    (H, W) or (H, W, 3) array
-        Of the shape of `relit`.
+    (H, W) float32 array
+
+    Raises
+    ------
+    LandmarkError
+        If the scheme of the landmarks does not know a part.
+
+    Examples
+    --------
+    >>> face = Landmarks([[20, 20], [80, 20], [80, 90], [20, 90]])
+    >>> mask = part_mask(face, (100, 100), "left")
+    >>> mask[50, [5, 95]].round(3).tolist()
+    [1.0, 0.0]
     """
-    if mask is None:
-        return from_unit(relit, target.dtype)
-    base = np.broadcast_to(target[..., None], relit.shape) if target.ndim < relit.ndim else target
-    share = mask if relit.ndim == 2 else mask[..., None]
-    mixed = from_unit(share * relit + (1 - share) * to_unit(base), target.dtype)
-    return np.where(share > 0, mixed, base)
+    masks = [_part(landmarks, shape, name) for name in region.split("+")]
+    return np.asarray(np.max(masks, axis=0), np.float32)
+
+
+def _part(landmarks: Landmarks, shape: tuple[int, ...], name: str) -> NDArray[np.float32]:
+    unit = landmarks.interocular_distance
+    if name == "face":
+        return np.ones(shape[:2], np.float32)
+    if name in ("left", "right"):
+        middle, across = _halves(landmarks)
+        y, x = np.indices(shape[:2], np.float32)
+        off = ((x - middle[0]) * across[0] + (y - middle[1]) * across[1]) / (_SOFT_EDGE * unit)
+        return np.asarray(ndtr(off if name == "right" else -off), np.float32)
+    rows = landmarks.groups.get(name)
+    if rows is None:
+        raise LandmarkError(
+            f"region: these landmarks ({landmarks.scheme}) do not say where the {name} is; let them be "
+            "detected, or choose another part"
+        )
+    sides = landmarks.xy[list(rows)]
+    if name in _IN_PAIRS:
+        middle, across = _halves(landmarks)
+        right = (sides - middle) @ across > 0
+        polygons = [_grown(side, unit) for side in (sides[right], sides[~right])]
+    else:
+        polygons = [_grown(sides, unit)]
+    return np.asarray(gaussian_filter(drawn(polygons, shape).astype(np.float32), _SOFT_EDGE * unit))
+
+
+def _halves(landmarks: Landmarks) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the middle of a face, and the unit vector across it to the right of the picture."""
+    if landmarks.eyes is None:
+        outline = face_outline(landmarks)
+        return (outline.min(axis=0) + outline.max(axis=0)) / 2, np.array([1.0, 0.0])
+    right, left = landmarks.eyes[:, :2]
+    across = (left - right) / np.linalg.norm(left - right)
+    return (left + right) / 2, across if across[0] >= 0 else -across
+
+
+def _grown(points: NDArray[np.float64], unit: float) -> NDArray[np.float64]:
+    """Return the convex hull of points, moved out from its middle."""
+    hull = points[ConvexHull(points).vertices]
+    away = hull - hull.mean(axis=0)
+    return np.asarray(hull + _PART_MARGIN * unit * away / np.linalg.norm(away, axis=1, keepdims=True))
+
+
+def drawn(polygons: list[NDArray[np.float64]], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Return polygons, (n, 2) of (x, y) in px, filled on an empty plane."""
+    picture = Image.new("1", (shape[1], shape[0]))
+    for polygon in polygons:
+        ImageDraw.Draw(picture).polygon([(x, y) for x, y in polygon.tolist()], fill=1)
+    return np.array(picture, np.bool_)

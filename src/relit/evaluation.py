@@ -122,7 +122,7 @@ def images_of(
             **second,
         )
         seconds[name] = time.perf_counter() - start
-        relit |= {"refcopy": place(result.alignment.warped), name: place(result.image)}
+        relit |= {"refcopy": place(result.first.warped), name: place(result.image)}
     shown = _with_channels_of(truth, _in_grey_levels(reference))
     return Images(relit["noop"], shown, truth, relit), seconds
 

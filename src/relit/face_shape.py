@@ -14,9 +14,8 @@ from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import ConvexHull, Delaunay
 
-from relit.compose import face_outline
+from relit.compose import drawn, face_outline
 from relit.landmarks import Landmarks
-from relit.scale import drawn
 from relit.threads import one_blas_thread
 
 if TYPE_CHECKING:

@@ -10,6 +10,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from relit.landmarks import Landmarks
 from relit.pixels import from_unit, to_unit
+from relit.views import window_round
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from relit.ltv import Decomposition
-    from relit.relighting import TransferResult
+    from relit.results import TransferResult
 
 #: Names of the stages, in the order in which they arise.
 STAGES = (
@@ -33,9 +34,32 @@ STAGES = (
     "target_is_lit",
     "person",
     "new_light",
+    "known",
     "mask",
     "result",
 )
+
+_CAPTIONS = {
+    "target": "target",
+    "reference": "reference",
+    "warped_reference": "reference, warped",
+    "warped_second_reference": "second reference, warped",
+    "target_u": "u of the target",
+    "target_v": "v of the target: the person",
+    "reference_u": "u of the reference: the light",
+    "reference_v": "v of the reference",
+    "target_light": "light of the target",
+    "target_is_lit": "where it reaches",
+    "person": "the person",
+    "new_light": "the new light",
+    "known": "where it is known",
+    "mask": "where it goes",
+    "before": "the face, before",
+    "after": "and after",
+    "result": "result",
+}
+#: What of a transfer is light, and what person, to the eye.
+_DETAILS = ("target_u", "reference_u", "target_v", "target_light", "new_light", "person", "known", "mask")
 
 PAPER, INK = (255, 255, 255), (40, 40, 40)
 _GROUP_COLORS = (
@@ -68,21 +92,23 @@ def stage_pictures(result: TransferResult) -> dict[str, NDArray[Any]]:
     dict
         ``target`` and ``reference`` with their landmarks, ``warped_reference``, ``warped_second_reference``
         if there is one, u and v of both if the method splits, the layers of the method if it has any,
-        ``mask`` if there is one, and ``result`` in the target's dtype. u, v and layers show the channels that
-        were relit, as planes of grey or RGB, and from ``warped_reference`` to ``mask`` all cover
-        `result.region`.
+        ``known`` and ``mask`` if there are any, and ``result`` in the target's dtype. u, v and layers show
+        the channels that were relit, as planes of grey or RGB, and from ``warped_reference`` to ``mask`` all
+        cover `result.view`. Of several references, the first is shown.
     """
-    pictures = {
-        "target": landmark_overlay(result.target, result.target_landmarks),
-        "reference": landmark_overlay(result.reference, result.reference_landmarks),
-        "warped_reference": result.alignment.warped,
-    }
-    if result.second_alignment:
-        pictures["warped_second_reference"] = result.second_alignment.warped
-    for role, split in (("target", result.target_split), ("reference", result.reference_split)):
+    first = result.first
+    pictures = {"target": landmark_overlay(result.target, result.target_landmarks)}
+    if result.reference is not None and result.reference_landmarks is not None:
+        pictures["reference"] = landmark_overlay(result.reference, result.reference_landmarks)
+    pictures["warped_reference"] = first.warped
+    if first.second_alignment:
+        pictures["warped_second_reference"] = first.second_alignment.warped
+    for role, split in (("target", first.target_split), ("reference", first.reference_split)):
         if split is not None:
             pictures[f"{role}_u"], pictures[f"{role}_v"] = split_pictures(split)
-    pictures |= {name: from_unit(layer, np.uint8) for name, layer in result.layers.items()}
+    pictures |= {name: from_unit(layer, np.uint8) for name, layer in first.layers.items()}
+    if first.known is not None:
+        pictures["known"] = from_unit(first.known, np.uint8)
     if result.mask is not None:
         pictures["mask"] = from_unit(result.mask, np.uint8)
     return pictures | {"result": result.image}
@@ -128,41 +154,56 @@ def contact_sheet(
     -------
     (H, W, 3) uint8 array
     """
-    face = result.region
+    face = result.window
     panels = (pictures or stage_pictures(result)) | {
         "before": result.target[face],
         "after": result.image[face],
-    }
-    captions = {
-        "target": "target",
-        "reference": "reference",
-        "warped_reference": "reference, warped",
-        "warped_second_reference": "second reference, warped",
-        "target_u": "u of the target",
-        "target_v": "v of the target: the person",
-        "reference_u": "u of the reference: the light",
-        "reference_v": "v of the reference",
-        "target_light": "light of the target",
-        "target_is_lit": "where it reaches",
-        "person": "the person",
-        "new_light": "the new light",
-        "mask": "mask",
-        "before": "the face, before",
-        "after": "and after",
-        "result": "result",
     }
     rows = (
         ("target", "reference", "warped_reference", "warped_second_reference"),
         ("target_u", "target_v", "reference_u", "reference_v"),
         ("target_light", "target_is_lit", "person", "new_light"),
-        ("mask", "before", "after", "result"),
+        ("known", "mask", "before", "after"),
+        ("result",),
     )
     strips = [
-        strip([(captions[name], panels[name]) for name in row if name in panels], height)
+        strip([(_CAPTIONS[name], panels[name]) for name in row if name in panels], height)
         for row in rows
         if any(name in panels for name in row)
     ]
     return page(strips)
+
+
+def comparison_sheet(result: TransferResult, *, height: int = 640) -> NDArray[np.uint8]:
+    """Draw what the eye compares: target, reference and result; before and after in halves; light and person.
+
+    Parameters
+    ----------
+    result : TransferResult
+    height : int
+        Of each picture, in px.
+
+    Returns
+    -------
+    (H, W, 3) uint8 array
+    """
+    window, first = result.window, result.first
+    before, after = (np.asarray(_as_rgb(image[window])) for image in (result.target, result.image))
+    middle = round(float(result.target_landmarks.xy[:, 0].mean())) - window[1].start
+    halves = np.concatenate([before[:, :middle], after[:, middle:]], axis=1)
+    line = max(before.shape[1] // 400, 1)
+    halves[:, max(middle - line, 0) : middle + line] = PAPER
+    panels: list[tuple[str, NDArray[Any]]] = [("target", before)]
+    if result.reference is not None and result.reference_landmarks is not None:
+        marks = result.reference_landmarks
+        around = window_round(marks.xy, 0.9 * marks.interocular_distance, result.reference.shape)
+        panels.append(("reference", result.reference[around]))
+    else:
+        panels.append((f"light: {result.options.light}", first.warped))
+    panels += [("result", after), ("before | after", halves)]
+    pictures = stage_pictures(result)
+    details = [(_CAPTIONS[name], pictures[name]) for name in _DETAILS if name in pictures]
+    return page([strip(panels, height), strip(details, height)])
 
 
 def page(strips: Sequence[Image.Image]) -> NDArray[np.uint8]:

@@ -207,6 +207,20 @@ class Landmarks:
         offset[:2] = dx, dy
         return Landmarks(self.points + offset, self.scheme, self.confidence)
 
+    def reduced(self, factor: int) -> Landmarks:
+        """Return the landmarks in the image whose pixels are ``factor x factor`` of this one's.
+
+        Examples
+        --------
+        >>> Landmarks([[0.5, 0.5], [4.5, 0.5], [0.5, 4.5]]).reduced(2).xy.tolist()
+        [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]]
+        """
+        if factor == 1:
+            return self
+        points = self.points / factor
+        points[:, :2] += 0.5 / factor - 0.5
+        return Landmarks(points, self.scheme, self.confidence)
+
 
 def as_landmarks(value: Landmarks | ArrayLike, name: str) -> Landmarks:
     """Return `value` as `Landmarks`; an array's scheme is taken from its number of rows.

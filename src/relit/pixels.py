@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
 _DTYPES = (np.uint8, np.uint16, np.float32, np.float64)
 
+#: Photos are encoded by about this power of the light.
+GAMMA = 2.2
+
 #: The smallest side, in px, of an image that can hold a face.
 SMALLEST_SIDE = 8
 

@@ -3,105 +3,73 @@
 1. Warp the reference onto the target through paired landmarks.
 2. Relight the target by it, plane of colour by plane: by `methods.shading`, or as Algorithm 1 of Li, Yin and
    Deng (2009) has it, by `methods.ltv_swap`: ``u(warped reference) · v(target)``.
-3. Blend the face back into its photo.
+3. Make that change of light on the target's skin, as far as it is known and wanted.
+
+Steps 1 and 2 work on views of the photos that are as large as a face needs; step 3 on the photo itself.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from relit.alignment import Alignment, align
-from relit.compose import blend, face_mask, face_outline
-from relit.detect import detect_landmarks
-from relit.errors import ImageError, OptionError
-from relit.image import Photo, in_one_profile
-from relit.landmarks import Landmarks, as_landmarks, check_inside, check_pair
-from relit.ltv import Decomposition
-from relit.methods import METHODS, WITH_SECOND_REFERENCE
+from relit.blending import base_of, blend
+from relit.compose import face_mask, part_mask
+from relit.control import controlled
+from relit.face_shape import face_shape
+from relit.image import in_one_profile
+from relit.inputs import (
+    as_photo,
+    check_region_mask,
+    check_second,
+    face_view,
+    given_references,
+    laid_over,
+    landmarks_of,
+    seen_reference,
+)
+from relit.landmarks import check_inside
+from relit.ltv import FACE_SCALE
+from relit.matting import eyes_and_teeth, known, matte
+from relit.membrane import fill
+from relit.methods import METHODS
 from relit.methods.scene import Scene
 from relit.options import TransferOptions
-from relit.pixels import check_pixels
-from relit.planes import planes_of
+from relit.pixels import to_unit
+from relit.planes import PlaneSpace, plane_space
+from relit.rendering import render
+from relit.results import Lighting, TransferResult
 from relit.scale import lam_for
+from relit.studio_lights import studio_light
+from relit.timing import Stopwatch
+from relit.views import View, reduced
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Sequence
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import NDArray
 
-#: How far round the face the split is solved, in interocular distances: several times the scale 1/λ at which
-#: u still feels what lies there.
-_SURROUNDINGS = 0.75
+    from relit.image import Photo
+    from relit.inputs import AnyLandmarks, AnyPhoto, Reference
 
-
-@dataclass(frozen=True, eq=False)
-class TransferResult:
-    """A relit photo and every step on the way to it.
-
-    Attributes
-    ----------
-    image : (H, W) or (H, W, 3) array
-        The target in the reference's light, in the target's dtype and shape; RGB where a grey target took the
-        colours of a reference.
-    target, reference : array
-        As given, or of a `Photo`, the pixels in the colour space of the transfer.
-    target_landmarks, reference_landmarks : Landmarks
-        As given or detected.
-    region : (slice, slice)
-        Rows and columns of the target that the following arrays cover: the face and its surroundings, or with
-        ``mask=False`` the whole image.
-    alignment : Alignment
-        The reference laid over the region.
-    target_split, reference_split : Decomposition or None
-        Of the region and of the warped reference, in the channels that were relit; None of methods that do
-        not split.
-    relit : (h, w) or (h, w, 3) float32 array
-        What the method made, in grey or RGB, before it is blended into the photo.
-    mask : (h, w) float32 array or None
-        Share of `relit` in the image; None with ``mask=False``.
-    options : TransferOptions
-    lam : float
-        λ of the options for this face, in px⁻¹.
-    second_alignment : Alignment or None
-        The second reference laid over the region; None of methods that take none.
-    layers : mapping of str to (h, w) or (h, w, 3) float32 array
-        What the method made on the way, if it does not split: of ``shading``, the target's light as it was
-        fitted, where it is lit, the person (half the albedo, relative to the skin's), and the new light.
-    """
-
-    image: NDArray[Any]
-    target: NDArray[Any]
-    reference: NDArray[Any]
-    target_landmarks: Landmarks
-    reference_landmarks: Landmarks
-    region: tuple[slice, slice]
-    alignment: Alignment
-    target_split: Decomposition | None
-    reference_split: Decomposition | None
-    relit: NDArray[np.float32]
-    mask: NDArray[np.float32] | None
-    options: TransferOptions
-    lam: float
-    second_alignment: Alignment | None = None
-    layers: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
+_CELL = 1 / 32  # of the interocular distance: the size of the membrane's cells
+_LEAST = 1e-4  # brightness of 1 below which a relit plane is black
 
 
 def transfer(
-    target: NDArray[Any] | Photo,
-    reference: NDArray[Any] | Photo,
+    target: AnyPhoto,
+    reference: AnyPhoto | Sequence[AnyPhoto] | None = None,
     *,
-    target_landmarks: Landmarks | ArrayLike | None = None,
-    reference_landmarks: Landmarks | ArrayLike | None = None,
-    second_reference: NDArray[Any] | Photo | None = None,
-    second_landmarks: Landmarks | ArrayLike | None = None,
+    target_landmarks: AnyLandmarks | None = None,
+    reference_landmarks: AnyLandmarks | Sequence[AnyLandmarks | None] | None = None,
+    second_reference: AnyPhoto | None = None,
+    second_landmarks: AnyLandmarks | None = None,
+    region_mask: NDArray[Any] | None = None,
     options: TransferOptions | None = None,
     **changes: Any,
 ) -> TransferResult:
-    """Relight the face in one photo with the light on the face in another.
+    """Relight the face in one photo with the light on the face in another, or with a light by name.
 
     The target keeps the person, the reference gives the light. Colour is relit channel by channel. A grey
     target takes the colours of a colour reference; a colour target keeps its colours under a grey reference,
@@ -109,19 +77,24 @@ def transfer(
 
     Parameters
     ----------
-    target, reference : (H, W) or (H, W, 3) array, or Photo
-        Grey or sRGB photos of any sizes: uint8, uint16, or float32/float64 in [0, 1]. Of a `Photo` that
-        `read_image` gave, the pixels; the reference's are taken to the colour profile of the target.
+    target : (H, W) or (H, W, 3) array, or Photo
+        Grey or sRGB photo of any size: uint8, uint16, or float32/float64 in [0, 1]. Of a `Photo` that
+        `read_image` gave, the pixels.
+    reference : like target, or a list of such, optional
+        Taken to the colour profile of the target. Of several, pixel by pixel the median of what they do
+        counts. None with ``light=...``.
     target_landmarks, reference_landmarks : Landmarks or (n, 2) or (n, 3) array_like, optional
         ``(x, y)`` in px, paired row by row; 478 rows are taken as the face mesh, 68 as iBUG, 189 as FRL. By
-        default the largest face of each photo is detected.
+        default the largest face of each photo is detected. Of a list of references, a list.
     second_reference, second_landmarks : optional
         The reference's face in the target's light, for the methods that take one; grey or colour, as the
         reference is.
+    region_mask : (H, W) array, optional
+        Share of the change that is made at each pixel of the target: uint8, uint16, or float in [0, 1].
     options : TransferOptions, optional
         How to relight.
     **changes
-        Single fields of `TransferOptions`, by name: ``lam=0.5``, ``color_space="ycbcr"``, ``mask=False``, ...
+        Single fields of `TransferOptions`, by name: ``lam=0.5``, ``strength=0.7``, ``light="rembrandt"``, ...
 
     Returns
     -------
@@ -137,8 +110,8 @@ def transfer(
     LandmarkError
         If landmarks are unusable, lie outside their image, or do not pair up.
     OptionError
-        If an option is unknown or out of range, or a second reference is given to a method that takes none,
-        or missing for one that does.
+        If an option is unknown or out of range; or a reference, a second one or a light by name is missing,
+        or is one too many.
 
     Examples
     --------
@@ -154,110 +127,157 @@ def transfer(
     ([80, 160], 61)
     """
     settings = (options or TransferOptions()).changed(**changes)
-    _check_second(second_reference is not None, settings.method)
-    photo, light = in_one_profile(_photo(target, "target"), _photo(reference, "reference"))
-    target, reference = photo.pixels, light.pixels
-    here = _landmarks_of(target, target_landmarks, "target")
-    there = _landmarks_of(reference, reference_landmarks, "reference")
-    check_pair(here, there)
-    check_inside(here, target.shape, "target_landmarks")
+    photo = as_photo(target, "target")
+    given = given_references(reference, reference_landmarks, settings)
+    check_second(second_reference, given, settings.method)
+    check_region_mask(region_mask, photo.pixels.shape)
+    watch = Stopwatch()
 
-    region = _region(here, target.shape) if settings.mask else _whole(target.shape)
-    face = target[region]
-    landmarks = here.shifted(-region[1].start, -region[0].start)
-    lay = partial(
-        align,
-        target_landmarks=landmarks,
-        shape=face.shape,
-        kernel=settings.kernel,  # type: ignore[arg-type]
-        affine=settings.affine,
-        smoothing=settings.smoothing,
-        dtype=target.dtype,
-    )
-    alignment = lay(reference, there)
-    second_alignment = None
-    if second_reference is not None:
-        second = in_one_profile(photo, _photo(second_reference, "second_reference"))[1].pixels
-        if second.ndim != reference.ndim:
-            raise ImageError(
-                "second_reference: expected grey or colour, as the reference is; convert one of them"
-            )
-        second_alignment = lay(second, _landmarks_of(second, second_landmarks, "second"))
+    with watch("look"):
+        here = landmarks_of(photo.pixels, target_landmarks, "target")
+        check_inside(here, photo.pixels.shape, "target_landmarks")
+        lights = [seen_reference(one, marks, "reference", here, settings) for one, marks in given]
+        second = None
+        if second_reference is not None:
+            second = seen_reference(second_reference, second_landmarks, "second", here, settings)
+        for light in lights:
+            photo = in_one_profile(photo, light.photo)[0]
+        view = face_view(photo.pixels, here, settings)
+        grey = not lights or lights[0].photo.pixels.ndim == 2
+        space = plane_space(photo.pixels.ndim == 2, grey, settings.color_space, settings.lit_channels)  # type: ignore[arg-type]
+        face = face_mask(view.landmarks, view.pixels.shape) > 0.5
+        shared = _Shared(
+            photo,
+            view,
+            space,
+            base_of(space.of_target(view.pixels)),
+            face if face.any() else np.ones_like(face),
+            lam_for(view.landmarks, settings),
+            settings,
+            watch,
+        )
 
-    split = partial(
-        planes_of,
-        face,
-        color_space=settings.color_space,  # type: ignore[arg-type]
-        channels=settings.lit_channels,
-    )
-    planes = split(alignment.warped)
-    mask = face_mask(landmarks, face.shape)
-    inside = mask > 0.5
-    scene = Scene(
-        planes.target,
-        planes.reference,
-        landmarks,
-        there,
-        inside if inside.any() else np.ones_like(inside),
-        lam_for(landmarks, settings),
-        settings,
-        split(second_alignment.warped).reference if second_alignment else None,
-    )
-    result = METHODS[settings.method](scene)
-    relit = planes.rebuild(result.planes)
+    by_name: list[Reference | None] = [None]
+    lightings = [_lighting(shared, light, second) for light in lights or by_name]
+    with watch("combine"):
+        change = np.median([lighting.filled for lighting in lightings], axis=0)
+        change = controlled(change, shared.base, shared.face, space.weights(change.shape[2]), settings)
+        mask = None
+        if settings.mask:
+            change = _sparing_whites(change, view, space)
+            mask = matte(view.pixels, view.landmarks)
+        mask = _in_region(mask, view, settings, region_mask)
 
-    image = np.repeat(target[..., None], 3, axis=2) if relit.ndim > target.ndim else target.copy()
-    image[region] = blend(face, relit, mask if settings.mask else None)
+    with watch("blend"):
+        colored = photo.pixels.ndim == 2 and not grey
+        image = np.repeat(photo.pixels[..., None], 3, axis=2) if colored else photo.pixels.copy()
+        image[view.window] = blend(
+            photo.pixels[view.window], change, mask, space, shared.base, view.factor, colored=colored
+        )
+    relit = np.clip(shared.base * np.exp(change), 0, 1)
     return TransferResult(
         image,
-        target,
-        reference,
+        photo.pixels,
+        tuple(light.original for light in lights),
         here,
-        there,
-        region,
-        alignment,
-        result.target_split,
-        result.reference_split,
-        relit,
-        mask if settings.mask else None,
+        tuple(light.original_landmarks for light in lights),
+        view,
+        tuple(lightings),
+        change,
+        space.rebuild(view.pixels, relit[..., 0] if relit.shape[2] == 1 else relit),
+        mask,
         settings,
-        scene.lam_px,
-        second_alignment,
-        result.layers,
+        shared.lam * FACE_SCALE / view.landmarks.interocular_distance,
+        watch.seconds,
     )
 
 
-def _check_second(given: bool, method: str) -> None:
-    if given and method not in WITH_SECOND_REFERENCE:
-        wanted = f"none with method {method!r}; leave it out, or choose {' or '.join(WITH_SECOND_REFERENCE)}"
-    elif not given and method in WITH_SECOND_REFERENCE:
-        wanted = f"the reference's face in the target's light with method {method!r}; give a photo of it"
-    else:
-        return
-    raise OptionError(f"second_reference: expected {wanted}")
+class _Shared(NamedTuple):
+    """What all lights on a face share."""
+
+    photo: Photo
+    view: View
+    space: PlaneSpace
+    base: NDArray[np.float32]
+    face: NDArray[np.bool_]
+    lam: float
+    options: TransferOptions
+    watch: Stopwatch
 
 
-def _photo(image: NDArray[Any] | Photo, name: str) -> Photo:
-    photo = image if isinstance(image, Photo) else Photo(image)
-    check_pixels(photo.pixels, name)
-    return photo
+def _lighting(shared: _Shared, light: Reference | None, second: Reference | None) -> Lighting:
+    """Relight the view by one reference, or by the light that the options name."""
+    photo, view, space, base, face, lam, options, watch = shared
+    alignment = second_alignment = None
+    with watch("align"):
+        if light is None:
+            shape = face_shape(view.landmarks, view.pixels.shape)
+            lamp = studio_light(options.light or "")
+            warped: NDArray[Any] = render(shape, lamp, view.landmarks.interocular_distance)
+        else:
+            alignment = laid_over(photo, view, light, options)
+            warped = alignment.warped
+        if second is not None:
+            second_alignment = laid_over(photo, view, second, options)
+    with watch("relight"):
+        made = METHODS[options.method](
+            Scene(
+                space.of_target(view.pixels),
+                space.of_reference(warped),
+                view.landmarks,
+                light.landmarks if light else view.landmarks,
+                face,
+                lam,
+                options,
+                space.of_reference(second_alignment.warped) if second_alignment else None,
+                rendered=light is None,
+            )
+        )
+        change = np.log(np.maximum(np.atleast_3d(made.planes), _LEAST) / base)
+    trust = None
+    filled = change
+    if options.mask:
+        with watch("fill"):
+            seen = alignment.inside if alignment else np.ones(warped.shape[:2], bool)
+            trust = known(view.pixels, warped, seen, view.landmarks, rendered=light is None)
+            cell = max(round(_CELL * view.landmarks.interocular_distance), 1)
+            filled = fill(change, trust, cell=cell)
+    return Lighting(
+        warped,
+        alignment,
+        second_alignment,
+        change,
+        filled,
+        trust,
+        made.target_split,
+        made.reference_split,
+        made.layers,
+    )
 
 
-def _landmarks_of(image: NDArray[Any], given: Landmarks | ArrayLike | None, name: str) -> Landmarks:
-    if given is None:
-        return detect_landmarks(image, name=name)
-    return as_landmarks(given, f"{name}_landmarks")
+def _sparing_whites(change: NDArray[np.float32], view: View, space: PlaneSpace) -> NDArray[np.float32]:
+    """Return the change with eyes and teeth spared: less of it, no colour, and nothing of catchlights."""
+    white, share = eyes_and_teeth(view.pixels, view.landmarks)
+    if space.color_space == "rgb" and change.shape[2] == 3:
+        brightness = (change @ space.weights(3))[..., None]
+        change = change + white[..., None] * (brightness - change)
+    return change * share[..., None]
 
 
-def _whole(shape: tuple[int, ...]) -> tuple[slice, slice]:
-    return slice(0, shape[0]), slice(0, shape[1])
-
-
-def _region(landmarks: Landmarks, shape: tuple[int, ...]) -> tuple[slice, slice]:
-    """Return the rows and columns of the face and its surroundings, and of all landmarks, hair among them."""
-    outline = face_outline(landmarks)
-    margin = _SURROUNDINGS * landmarks.interocular_distance
-    points = np.vstack([outline - margin, outline + margin, landmarks.xy])
-    left, top = np.floor(points.min(axis=0)).astype(int)
-    right, bottom = np.ceil(points.max(axis=0)).astype(int) + 1
-    return slice(max(top, 0), min(bottom, shape[0])), slice(max(left, 0), min(right, shape[1]))
+def _in_region(
+    mask: NDArray[np.float32] | None,
+    view: View,
+    options: TransferOptions,
+    region_mask: NDArray[Any] | None,
+) -> NDArray[np.float32] | None:
+    """Return the mask within the region that is to be relit."""
+    parts = []
+    if options.region != "face":
+        parts.append(part_mask(view.landmarks, view.pixels.shape, options.region))
+    if region_mask is not None:
+        parts.append(to_unit(reduced(region_mask[view.window], view.factor)))
+    if options.strength == 0:
+        parts.append(np.zeros(view.pixels.shape[:2], np.float32))
+    for part in parts:
+        mask = part if mask is None else mask * part
+    return mask

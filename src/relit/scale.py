@@ -18,9 +18,9 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from PIL import Image, ImageDraw
 from scipy.spatial import ConvexHull
 
+from relit.compose import drawn
 from relit.errors import ImageError, LandmarkError
 from relit.grid import UNIT, Grid, Neighborhood, paired
 from relit.level_sets import tv_l1
@@ -165,14 +165,6 @@ def feature_hulls(landmarks: Landmarks, names: tuple[str, ...]) -> list[NDArray[
         left = points[:, 0] > np.median(points[:, 0]) if name in _PAIRED else np.zeros(len(points), bool)
         hulls += [side[ConvexHull(side).vertices] for side in (points[left], points[~left]) if len(side) > 2]
     return hulls
-
-
-def drawn(polygons: list[NDArray[np.float64]], shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    """Return polygons, (n, 2) of (x, y) in px, filled on an empty plane."""
-    picture = Image.new("1", (shape[1], shape[0]))
-    for polygon in polygons:
-        ImageDraw.Draw(picture).polygon([(x, y) for x, y in polygon.tolist()], fill=1)
-    return np.array(picture, np.bool_)
 
 
 def automatic_lam(landmarks: Landmarks, neighborhood: Neighborhood = 4) -> float:

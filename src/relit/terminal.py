@@ -17,7 +17,7 @@ from relit.image import Photo, read_image, write_image
 from relit.pixels import check_pixels
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -112,9 +112,22 @@ def report(as_json: bool, **facts: Any) -> None:
         except OSError as error:
             raise OutputError(f"standard output: cannot be written ({error.strerror})") from error
     elif sys.stderr.isatty():
-        for place in (facts.get("output"), facts.get("overlay"), facts.get("stages")):
+        for place in (facts.get(name) for name in ("output", "overlay", "sheet", "stages")):
             for path in [place] if isinstance(place, str) else place or []:
                 click.echo(f"wrote {printable(path)}", err=True)
+
+
+def show_timings(seconds: Mapping[str, float]) -> None:
+    """Print how long each stage took, and all of them."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
+    table.add_column()
+    table.add_column(justify="right")
+    for stage, taken in (*seconds.items(), ("in all", sum(seconds.values()))):
+        table.add_row(stage, f"{taken:.2f} s")
+    Console(stderr=True).print(table)
 
 
 def warn_of_folds(folded: float) -> None:

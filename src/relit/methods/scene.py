@@ -40,6 +40,8 @@ class Scene:
     options : TransferOptions
     second : (H, W) or (H, W, 3) array or None
         Planes of the reference's face in the target's light, laid over the target as well.
+    rendered : bool
+        Whether the reference is nobody's face: all of it is light.
     """
 
     target: NDArray[Any]
@@ -50,6 +52,7 @@ class Scene:
     lam: float
     options: TransferOptions
     second: NDArray[Any] | None = None
+    rendered: bool = False
 
     @property
     def lam_px(self) -> float:

@@ -22,12 +22,13 @@ import numpy as np
 from scipy.ndimage import gaussian_filter, grey_erosion, map_coordinates
 
 from relit.color import LUMA_WEIGHTS
+from relit.compose import drawn
 from relit.face_shape import FaceShape, face_shape
 from relit.lambertian import Light, fit_light
 from relit.ltv import DARKEST
 from relit.methods.scene import Relit, Scene, as_planes, stacked
 from relit.pixels import to_unit
-from relit.scale import drawn, feature_hulls
+from relit.scale import feature_hulls
 
 if TYPE_CHECKING:
     from typing import TypeAlias
@@ -45,7 +46,6 @@ _HALVES = 0.4  # and the two halves of one
 _NOISE = 2 / 255
 _UNLIT, _LIT = 0.03, 0.3  # brightness, of the light's strength, that says nothing and all of a person
 _RESIDUAL, _SHADOW, _SHADOW_FROM = 0.6, 0.6, -0.8  # share of r that is light, more of it below, in log I
-_UNKNOWN = 0.5  # of a difference in brightness: the light's share, where nothing tells it from the skin's
 _SLANTED = 0.5  # sine of the angle from which on a light casts shadows at their deepest
 _FEATURES = ("brows", "eyes", "mouth")  # where two persons differ most
 _OTHERS, _ACROSS = 0.9, 0.1  # how little of r counts there, and how far it is from beyond them
@@ -91,10 +91,17 @@ def relight(scene: Scene) -> Relit:
     """Return exp(s' + p + k r)."""
     unit = scene.landmarks.interocular_distance
     ours = face_shape(scene.landmarks, scene.face.shape)
-    theirs = face_shape(scene.landmarks, scene.face.shape, of=scene.reference_landmarks)
+    theirs = (
+        ours
+        if scene.rendered
+        else face_shape(scene.landmarks, scene.face.shape, of=scene.reference_landmarks)
+    )
     mirror = _mirror(scene, ours)
     targets = [_explained(plane, ours, unit) for plane in as_planes(to_unit(scene.target))]
-    references = [_explained(plane, theirs, unit) for plane in as_planes(to_unit(scene.reference))]
+    references = [
+        _all_light(plane, ours) if scene.rendered else _explained(plane, theirs, unit)
+        for plane in as_planes(to_unit(scene.reference))
+    ]
     colored = len(references) > len(targets)
     targets *= len(references) // len(targets)
 
@@ -111,7 +118,11 @@ def relight(scene: Scene) -> Relit:
         share = _RESIDUAL * residual + _SHADOW * np.minimum(residual - _SHADOW_FROM, 0)
         lits.append(lit)
         persons.append(person)
-        lights.append(np.log(_shade(reference.light, ours)) + reference.light.slant**3 * share)
+        lights.append(
+            reference.shade
+            if scene.rendered
+            else np.log(_shade(reference.light, ours)) + reference.light.slant**3 * share
+        )
 
     anchor = _anchor(scene.options, targets, references, lights, ours.inside, colored)
     lights = [light + shift for light, shift in zip(lights, anchor, strict=True)]
@@ -125,7 +136,7 @@ def relight(scene: Scene) -> Relit:
         "person": stacked([np.exp(person + c) / 2 for person, c in zip(persons, tone, strict=True)]),
         "new_light": stacked([np.exp(light - c) for light, c in zip(lights, tone, strict=True)]),
     }
-    return Relit(np.clip(relit, 0, 1), layers=layers)
+    return Relit(relit, layers=layers)
 
 
 def _anchor(
@@ -137,16 +148,14 @@ def _anchor(
     colored: bool,
 ) -> Plane:
     """Return what to add to the light of every plane, to keep the target's brightness and hue or not."""
-    exposure = options.exposure
-    if exposure is None:
-        exposure = 0.0 if options.mask else _UNKNOWN
+    exposure = options.exposure_share
     weights = LUMA_WEIGHTS if len(lights) == 3 else np.ones(len(lights))
     ours, theirs = (
         np.average([face.strength for face in faces], weights=weights) for faces in (targets, references)
     )
     stronger = np.log(ours / theirs)
     # A grey target has no hue to keep. Made brighter, the same pigment is less vivid.
-    tint = min(1.0, float(np.exp(-(1 - exposure) * stronger))) if colored else options.tint
+    tint = min(1.0, float(np.exp(-(1 - exposure) * stronger))) if colored else options.tint_share or 0.0
     change = [(target.shade - light)[inside].mean() for target, light in zip(targets, lights, strict=True)]
     return np.asarray((1 - exposure) * stronger + (1 - tint) * (change - np.average(change, weights=weights)))
 
@@ -160,6 +169,12 @@ def _explained(plane: NDArray[Any], shape: FaceShape, unit: float) -> _Face:
     return _Face(
         np.log(image), light, np.log(_shade(light, shape)), _TILT**2 * wrong + noise**2 + 1e-4, shape.inside
     )
+
+
+def _all_light(plane: NDArray[Any], shape: FaceShape) -> _Face:
+    """Return what was rendered: nobody, in its light."""
+    log = np.log(np.maximum(plane.astype(np.float64), _DARKEST_SHADE))
+    return _Face(log, Light(np.zeros(3), 1.0), log, np.zeros_like(log), shape.inside)
 
 
 def _shade(light: Light, shape: FaceShape) -> Plane:

@@ -1,0 +1,60 @@
+"""Fields of an options object: declared with default, help and range, and checked against them."""
+
+from __future__ import annotations
+
+from dataclasses import field
+from numbers import Real
+from typing import Any
+
+import numpy as np
+
+from relit.errors import OptionError
+
+
+def option(
+    default: Any,
+    help_text: str,
+    *,
+    flag: str,
+    choices: tuple[Any, ...] = (),
+    words: tuple[str, ...] = (),
+    text: bool = False,
+    at_least: float | None = None,
+    at_most: float | None = None,
+    above: float | None = None,
+) -> Any:
+    """Declare an option: default, help, command line flag, range, words that may stand for a number.
+
+    `text` marks what is free text, though by default there is none.
+    """
+    kind = {"choices": choices, "words": words, "text": text or isinstance(default, str)}
+    limits = {"at_least": at_least, "at_most": at_most, "above": above}
+    return field(default=default, metadata={"help": help_text, "flag": flag, **kind, **limits})
+
+
+def check(name: str, value: Any, default: Any, declared: Any) -> None:
+    """Refuse a value that is not what its field declares; the declaration is the field's metadata."""
+    if value is None and default is None:
+        return
+    if choices := declared["choices"]:
+        # 4 == 4.0 == True in Python, but only the choice itself is one.
+        if not any(type(value) is type(choice) and value == choice for choice in choices):
+            raise OptionError(f"{name}: expected one of {', '.join(map(str, choices))}, got {value!r}")
+    elif isinstance(default, bool):
+        if not isinstance(value, bool):
+            raise OptionError(f"{name}: expected True or False, got {value!r}")
+    elif declared["text"]:
+        if not isinstance(value, str):
+            raise OptionError(f"{name}: expected a name, got {value!r}")
+    elif not (isinstance(value, str) and value in declared["words"]):
+        above, at_least, at_most = declared["above"], declared["at_least"], declared["at_most"]
+        wanted = f"above {above}" if above is not None else f"of {at_least} or more"
+        wanted += f" and at most {at_most}" if at_most is not None else ""
+        number = isinstance(value, Real) and not isinstance(value, bool) and bool(np.isfinite(float(value)))
+        if not (
+            number
+            and (value > above if above is not None else value >= at_least)
+            and (at_most is None or value <= at_most)
+        ):
+            wanted += "".join(f", or {word!r}" for word in declared["words"])
+            raise OptionError(f"{name}: expected a finite number {wanted}, got {value!r}")

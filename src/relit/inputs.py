@@ -1,0 +1,175 @@
+"""What a transfer is given: checked, its faces found, and seen at the size that they need."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from relit.alignment import align
+from relit.compose import face_outline
+from relit.detect import detect_landmarks
+from relit.errors import ImageError, OptionError
+from relit.image import Photo, in_one_profile
+from relit.landmarks import Landmarks, as_landmarks, check_inside, check_pair
+from relit.matting import REACH
+from relit.methods import WITH_SECOND_REFERENCE
+from relit.pixels import check_pixels, check_samples
+from relit.views import View, Window, view_of, window_round
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from relit.alignment import Alignment
+    from relit.options import TransferOptions
+
+    AnyPhoto = NDArray[Any] | Photo
+    AnyLandmarks = Landmarks | ArrayLike
+
+#: The least distance of the eyes, in px, that a method works at. A light fitted to a face is as good on a
+#: small one; where edges are found one by one, more pixels find them better.
+_WORKING = {"shading": 90.0}
+_WORKING_OTHERS = 200.0
+
+#: How far round the face the method looks, in interocular distances: several times the scale 1/λ at which u
+#: still feels what lies there.
+_SURROUNDINGS = 0.75
+
+
+class Reference(NamedTuple):
+    """A reference, and as it is seen: reduced to the size that its face needs.
+
+    Attributes
+    ----------
+    original : array
+    original_landmarks : Landmarks
+    photo : Photo
+        Reduced, without alpha.
+    landmarks : Landmarks
+        In px of that.
+    """
+
+    original: NDArray[Any]
+    original_landmarks: Landmarks
+    photo: Photo
+    landmarks: Landmarks
+
+
+def seen_reference(
+    given: AnyPhoto, marks: AnyLandmarks | None, name: str, here: Landmarks, settings: TransferOptions
+) -> Reference:
+    """Check a reference, find its face if need be, and reduce it."""
+    photo = as_photo(given, "second_reference" if name == "second" else name)
+    landmarks = landmarks_of(photo.pixels, marks, name)
+    check_pair(here, landmarks)
+    check_inside(landmarks, photo.pixels.shape, f"{name}_landmarks")
+    view = view_of(photo.pixels, landmarks, _whole(photo.pixels.shape), _factor(landmarks, settings))
+    seen = replace(photo, pixels=view.pixels, alpha=None)
+    return Reference(photo.pixels, landmarks, seen, view.landmarks)
+
+
+def laid_over(photo: Photo, view: View, light: Reference, options: TransferOptions) -> Alignment:
+    """Lay a reference, in the colours of the photo's profile, over the view."""
+    return align(
+        in_one_profile(photo, light.photo)[1].pixels,
+        light.landmarks,
+        view.landmarks,
+        view.pixels.shape,
+        kernel=options.kernel,  # type: ignore[arg-type]
+        affine=options.affine,
+        smoothing=options.smoothing,
+        dtype=view.pixels.dtype,
+    )
+
+
+def face_view(image: NDArray[Any], landmarks: Landmarks, options: TransferOptions) -> View:
+    """Return the view that a method gets of a target."""
+    factor = _factor(landmarks, options)
+    if not options.mask:
+        return view_of(image, landmarks, _whole(image.shape), factor)
+    points = np.vstack([face_outline(landmarks), landmarks.xy])
+    margin = max(REACH, _SURROUNDINGS) * landmarks.interocular_distance
+    return view_of(image, landmarks, window_round(points, margin, image.shape, factor), factor)
+
+
+def _factor(landmarks: Landmarks, options: TransferOptions) -> int:
+    """Return by how much a photo can be reduced before its face is smaller than the method needs."""
+    if options.full_resolution:
+        return 1
+    return max(int(landmarks.interocular_distance / _WORKING.get(options.method, _WORKING_OTHERS)), 1)
+
+
+def _whole(shape: tuple[int, ...]) -> Window:
+    return slice(0, shape[0]), slice(0, shape[1])
+
+
+def as_photo(image: AnyPhoto, name: str) -> Photo:
+    """Return an array or a photo as a photo that may hold a face."""
+    photo = image if isinstance(image, Photo) else Photo(image)
+    check_pixels(photo.pixels, name)
+    return photo
+
+
+def landmarks_of(image: NDArray[Any], given: AnyLandmarks | None, name: str) -> Landmarks:
+    """Return the landmarks that were given, or find them."""
+    if given is None:
+        return detect_landmarks(image, name=name)
+    return as_landmarks(given, f"{name}_landmarks")
+
+
+def given_references(
+    reference: AnyPhoto | Sequence[AnyPhoto] | None,
+    landmarks: AnyLandmarks | Sequence[AnyLandmarks | None] | None,
+    options: TransferOptions,
+) -> list[tuple[AnyPhoto, AnyLandmarks | None]]:
+    """Return the references, each with its landmarks if they were given."""
+    if isinstance(reference, (list, tuple)):
+        marks = [None] * len(reference) if landmarks is None else list(landmarks)  # type: ignore[arg-type]
+        if len(marks) != len(reference):
+            raise OptionError(
+                f"reference_landmarks: expected one entry for each of {len(reference)} references, got "
+                f"{len(marks)}"
+            )
+        given: list[tuple[Any, Any]] = list(zip(reference, marks, strict=True))
+    else:
+        given = [] if reference is None else [(reference, landmarks)]
+    if options.light is not None and given:
+        raise OptionError("reference: expected none with a light by name; leave one of them out")
+    if options.light is None and not given:
+        raise OptionError("reference: expected a photo; give one, or a light by name (light=...)")
+    if len({_planes(one) for one, _ in given}) > 1:
+        raise ImageError("reference: expected all grey or all colour; convert some of them")
+    return given
+
+
+def check_second(second: AnyPhoto | None, given: list[tuple[AnyPhoto, Any]], method: str) -> None:
+    """Refuse a second reference too many, or too few, or of another kind than the reference."""
+    wanted = None
+    if second is not None and method not in WITH_SECOND_REFERENCE:
+        wanted = f"none with method {method!r}; leave it out, or choose {' or '.join(WITH_SECOND_REFERENCE)}"
+    elif method in WITH_SECOND_REFERENCE and not given:
+        wanted = f"no light by name with method {method!r}; give a reference and a second one, both photos"
+    elif method in WITH_SECOND_REFERENCE and second is None:
+        wanted = f"the reference's face in the target's light with method {method!r}; give a photo of it"
+    elif second is not None and _planes(second) != _planes(given[0][0]):
+        raise ImageError(
+            "second_reference: expected grey or colour, as the reference is; convert one of them"
+        )
+    if wanted:
+        raise OptionError(f"second_reference: expected {wanted}")
+
+
+def _planes(photo: AnyPhoto) -> int:
+    return np.ndim(photo.pixels if isinstance(photo, Photo) else photo)
+
+
+def check_region_mask(mask: NDArray[Any] | None, shape: tuple[int, ...]) -> None:
+    """Refuse a mask that does not go with the target."""
+    if mask is None:
+        return
+    check_samples(mask, "region_mask")
+    if mask.shape != shape[:2]:
+        raise ImageError(f"region_mask: expected shape {shape[:2]}, that of the target, got {mask.shape}")

@@ -1,0 +1,90 @@
+"""Lights that need no reference: a face of one albedo, rendered on the target's own shape.
+
+What is rendered then serves as the reference: the method finds all the light in it that it would find in a
+photo, cast shadows included, and no person.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.ndimage import gaussian_filter, map_coordinates
+
+from relit.guided import Enlarger
+from relit.pixels import GAMMA
+from relit.views import reduced
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from relit.face_shape import FaceShape
+    from relit.studio_lights import StudioLight
+
+_STEPS = 48  # along a ray
+_FARTHEST = 1.6  # interocular distances that a shadow falls over
+_ROUGH = 0.02  # interocular distances that a surface must be in front to cast a shadow
+_SOFT = 7.0  # degrees from the middle of the lamp to its rim: a softbox
+_RIM = 8  # rays towards it
+_MARCHED = 40.0  # px between the eyes where rays are marched: shadows are soft
+
+
+def render(shape: FaceShape, light: StudioLight, unit: float) -> NDArray[np.float32]:
+    """Return a matt white face in a light, encoded as photos are.
+
+    Parameters
+    ----------
+    shape : FaceShape
+    light : StudioLight
+    unit : float
+        Interocular distance in px.
+
+    Returns
+    -------
+    (H, W) float32 array
+        In [0, 1]; beyond the face, as at its rim.
+    """
+    straight = np.maximum(shape.normals @ _direction(light).astype(np.float32), 0)
+    lit = (1 - light.ambient) * straight * _visible(shape, light, unit) + light.ambient
+    return np.asarray(np.clip(lit, 0, 1) ** (1 / GAMMA), np.float32)
+
+
+def _visible(shape: FaceShape, light: StudioLight, unit: float) -> NDArray[np.float32]:
+    """Return the share of the lamp that each pixel of the face sees past the rest of the face."""
+    factor = max(int(unit / _MARCHED), 1)
+    # Smoothed, for facets would stripe the penumbra.
+    depth = reduced(shape.depth, factor).astype(np.float64) / factor
+    unit = unit / factor
+    inside = reduced(shape.inside.astype(np.float32), factor) > 0.5
+    y, x = np.indices(depth.shape).astype(np.float64)
+    seen = np.zeros(depth.shape)
+    rays = _rays(_direction(light))
+    for ray in rays:
+        free = np.ones(depth.shape, bool)
+        for step in np.linspace(0.03, _FARTHEST, _STEPS) * unit:
+            there = [y + step * ray[1], x + step * ray[0]]
+            surface = map_coordinates(depth, there, order=1, mode="nearest")
+            on_face = map_coordinates(inside.astype(np.float32), there, order=0, mode="constant") > 0
+            free &= ~(on_face & (surface < depth + step * ray[2] - _ROUGH * unit))
+        seen += free
+    soft = gaussian_filter(seen / len(rays), 0.04 * unit).astype(np.float32)
+    return Enlarger(soft, factor, shape.inside.shape).rows(0, shape.inside.shape[0])
+
+
+def _direction(light: StudioLight) -> NDArray[np.float64]:
+    """Return the unit vector towards the lamp, ``(x, y, z)`` with z growing away from the camera."""
+    azimuth, elevation = np.radians([light.azimuth, light.elevation])
+    return np.array(
+        [np.sin(azimuth) * np.cos(elevation), -np.sin(elevation), -np.cos(azimuth) * np.cos(elevation)]
+    )
+
+
+def _rays(direction: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return directions to the middle of the lamp and to points of its rim."""
+    side = np.cross(direction, [0.0, 1.0, 0.0] if abs(direction[1]) < 0.9 else [1.0, 0.0, 0.0])
+    side /= np.linalg.norm(side)
+    over = np.cross(direction, side)
+    around = np.linspace(0, 2 * np.pi, _RIM, endpoint=False)[:, None]
+    rim = direction + np.tan(np.radians(_SOFT)) * (np.cos(around) * side + np.sin(around) * over)
+    rays = np.vstack([direction, rim])
+    return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))

@@ -1,0 +1,125 @@
+"""What a transfer gives: the relit photo, and every step on the way to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from relit.alignment import Alignment
+    from relit.landmarks import Landmarks
+    from relit.ltv import Decomposition
+    from relit.options import TransferOptions
+    from relit.views import View, Window
+
+
+@dataclass(frozen=True, eq=False)
+class Lighting:
+    """What one light does to a face; arrays cover `TransferResult.view`.
+
+    Attributes
+    ----------
+    warped : (h, w) or (h, w, 3) array
+        The reference laid over the target; of a light by name, a face of one albedo in it.
+    alignment : Alignment or None
+        How it was laid, from the reference reduced to the size that its face needs; None of a light by name.
+    second_alignment : Alignment or None
+        The same of a second reference.
+    change : (h, w, k) float32 array
+        log of relit over target, plane by plane, as the method made it.
+    filled : (h, w, k) float32 array
+        The change, carried on from around where it is not known.
+    known : (h, w) float32 array or None
+        Where it is; None with ``mask=False``, when all counts as known.
+    target_split, reference_split : Decomposition or None
+        In the channels that were relit; None of methods that do not split.
+    layers : mapping of str to (h, w) or (h, w, 3) float32 array
+        What the method made on the way, if it does not split: of ``shading``, the target's light as it was
+        fitted, where it is lit, the person (half the albedo, relative to the skin's), and the new light.
+    """
+
+    warped: NDArray[Any]
+    alignment: Alignment | None
+    second_alignment: Alignment | None
+    change: NDArray[np.float32]
+    filled: NDArray[np.float32]
+    known: NDArray[np.float32] | None
+    target_split: Decomposition | None
+    reference_split: Decomposition | None
+    layers: Mapping[str, NDArray[np.float32]]
+
+
+@dataclass(frozen=True, eq=False)
+class TransferResult:
+    """A relit photo and every step on the way to it.
+
+    Attributes
+    ----------
+    image : (H, W) or (H, W, 3) array
+        The target in the new light, in the target's dtype and shape; RGB where a grey target took the
+        colours of a reference.
+    target : array
+        As given, or of a `Photo`, the pixels in the colour space of the transfer.
+    references : tuple of array
+        As given, or of a `Photo`, the pixels; none of a light by name.
+    target_landmarks : Landmarks
+        As given or detected.
+    references_landmarks : tuple of Landmarks
+        The same of each reference.
+    view : View
+        What the method saw of the target: the face and its surroundings, or with ``mask=False`` the whole
+        image, reduced to the size that the face needs.
+    lightings : tuple of Lighting
+        What each reference, or the light by name, does to the face.
+    change : (h, w, k) float32 array
+        log of what the planes of the view are multiplied with: the median of what the lightings do, under
+        the options' control.
+    relit : (h, w) or (h, w, 3) float32 array
+        The view with this change, in grey or RGB, wherever it is.
+    mask : (h, w) float32 array or None
+        Share of the change that is made in the photo; None where all of it is, everywhere.
+    options : TransferOptions
+    lam : float
+        λ of the options for this face, in px⁻¹ of the view.
+    seconds : mapping of str to float
+        Wall time by stage.
+    """
+
+    image: NDArray[Any]
+    target: NDArray[Any]
+    references: tuple[NDArray[Any], ...]
+    target_landmarks: Landmarks
+    references_landmarks: tuple[Landmarks, ...]
+    view: View
+    lightings: tuple[Lighting, ...]
+    change: NDArray[np.float32]
+    relit: NDArray[np.float32]
+    mask: NDArray[np.float32] | None
+    options: TransferOptions
+    lam: float
+    seconds: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def window(self) -> Window:
+        """Rows and columns of the target that the view shows."""
+        return self.view.window
+
+    @property
+    def first(self) -> Lighting:
+        """What the first reference, or the light by name, does."""
+        return self.lightings[0]
+
+    @property
+    def reference(self) -> NDArray[Any] | None:
+        """The first reference; None of a light by name."""
+        return self.references[0] if self.references else None
+
+    @property
+    def reference_landmarks(self) -> Landmarks | None:
+        """Those of the first reference; None of a light by name."""
+        return self.references_landmarks[0] if self.references else None
