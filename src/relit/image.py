@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 
 from relit._photo.codecs import FORMATS, decode, identify
+from relit._photo.jpeg import JpegSettings
 from relit._photo.metadata import Metadata, put_upright
 from relit._photo.places import name_of, open_source, place_of, put
 from relit._photo.raster import Raster, to_depth
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "DEFAULT_MAX_PIXELS",
+    "JpegSettings",
     "Metadata",
     "Photo",
     "check_destination",
@@ -62,6 +64,8 @@ class Photo:
         EXIF, XMP and resolution.
     format : str or None
         "JPEG", "PNG", "TIFF", "WEBP", "PPM", "PGM" or "BMP": what it was read from.
+    jpeg : JpegSettings or None
+        How it was compressed, if it was read from a JPEG; a JPEG is written in the same way.
 
     Examples
     --------
@@ -75,6 +79,7 @@ class Photo:
     profile: bytes | None = None
     metadata: Metadata = field(default_factory=Metadata)
     format: str | None = None
+    jpeg: JpegSettings | None = None
 
     def to_profile(self, profile: bytes | None) -> Photo:
         """Return the photo with its pixels in another colour profile, at their own bit depth.
@@ -206,8 +211,10 @@ def write_image(
     """Write a photo; a file appears whole, or not at all.
 
     The depth is that of the pixels as far as the format has it, rounded to the nearest: JPEG, WebP and BMP
-    have 8 bits, PNG, PPM and PGM up to 16, and TIFF also float32. JPEG is written at quality 95 with
-    colours at full resolution, WebP at quality 95; the others are lossless. Where the format cannot hold
+    have 8 bits, PNG, PPM and PGM up to 16, and TIFF also float32. A photo that was read from a JPEG is
+    written as JPEG with that file's own quantization tables and subsampling of colours, so that it loses
+    no more than rounding, and progressive if that was; any other at quality 95 with colours at full
+    resolution. WebP is written at quality 95; the others are lossless. Where the format cannot hold
     the colour profile, the pixels are converted to sRGB. EXIF, XMP and resolution are kept as far as
     the format has a place for them.
 
@@ -218,8 +225,8 @@ def write_image(
     image : Photo or ndarray, shape (H, W) or (H, W, 3)
         uint8, uint16, or floating point in [0, 1].
     like : Photo, optional
-        For an array: the photo whose alpha, colour profile and metadata it takes over. A grey profile does
-        not go with colours, nor an RGB profile with grey.
+        For an array: the photo whose alpha, colour profile, metadata and JPEG settings it takes over. A
+        grey profile does not go with colours, nor an RGB profile with grey.
     format : str, optional
         "JPEG", "PNG", "TIFF", "WEBP", "PPM", "PGM" or "BMP". By default told by the name's extension; on
         a stream without one, the format of `like` (or of a Photo), else PNG.
@@ -250,7 +257,8 @@ def write_image(
     dtype = min(photo.pixels.dtype, np.dtype(target.deepest), key=lambda depth: depth.itemsize)
     planes = [plane for plane in (photo.pixels, photo.alpha) if plane is not None]
     samples = np.dstack([to_depth(plane, dtype) for plane in planes])
-    put(target.encode(Raster(samples, photo.profile, photo.metadata)), destination, overwrite=overwrite)
+    raster = Raster(samples, photo.profile, photo.metadata, photo.jpeg)
+    put(target.encode(raster), destination, overwrite=overwrite)
 
 
 def check_destination(
@@ -293,9 +301,9 @@ def check_destination(
 
 def _upright(raster: Raster, name: str) -> Photo:
     orientation, metadata = put_upright(raster.metadata)
-    samples = raster.samples
+    samples, jpeg = raster.samples, raster.jpeg
     if orientation > 4:
-        samples = samples.swapaxes(0, 1)
+        samples, jpeg = samples.swapaxes(0, 1), jpeg and jpeg.turned()
     if orientation in (2, 3, 6, 7):
         samples = samples[:, ::-1]
     if orientation in (3, 4, 7, 8):
@@ -304,7 +312,7 @@ def _upright(raster: Raster, name: str) -> Photo:
     pixels = np.ascontiguousarray(samples[..., :3] if channels >= 3 else samples[..., 0])
     alpha = np.ascontiguousarray(samples[..., -1]) if channels in (2, 4) else None
     profile = raster.profile if raster.profile and is_usable(raster.profile, pixels) else None
-    return Photo(pixels, alpha, profile, metadata, name)
+    return Photo(pixels, alpha, profile, metadata, name, jpeg)
 
 
 def _as_photo(image: NDArray[Any] | Photo, like: Photo | None) -> Photo:

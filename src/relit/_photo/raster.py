@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from relit._photo.jpeg import JpegSettings
 from relit._photo.metadata import Metadata
 from relit.pixels import from_unit, to_unit
 
@@ -30,11 +31,14 @@ class Raster:
     profile : bytes or None
         ICC profile.
     metadata : Metadata
+    jpeg : JpegSettings or None
+        How a JPEG is compressed.
     """
 
     samples: NDArray[Any]
     profile: bytes | None = None
     metadata: Metadata = field(default_factory=Metadata)
+    jpeg: JpegSettings | None = None
 
     @property
     def has_alpha(self) -> bool:
