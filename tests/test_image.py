@@ -488,7 +488,7 @@ REFUSED = {
     "text": (b"Dear reader,\nthis is no photo.\n", "found a text file"),
     "binary": (bytes(range(64)), "found an unknown file"),
     "GIF": (saved(sample(np.uint8, channels=1), "GIF"), "found a GIF file; convert it to JPEG, PNG"),
-    "HEIC": (b"\0\0\0\x18ftypheic\0\0\0\0", "found a HEIC file"),
+    "HEIC sequence": (b"\0\0\0\x18ftyphevc\0\0\0\0", "found an animated HEIC file"),
     "AVIF": (b"\0\0\0\x18ftypavif\0\0\0\0", "found an AVIF file"),
     "video": (b"\0\0\0\x18ftypisom\0\0\0\0", "found a video file"),
     "PDF": (b"%PDF-1.7\n", "found a PDF file"),
@@ -503,7 +503,7 @@ REFUSED = {
     "pages": (multi_page_tiff(), "holds several pages; save one"),
     "camera raw": (
         tiff(sample(np.uint8), photometric="rgb", subfiletype=1),
-        "camera raw files do; develop it",
+        "camera raw files do, but is none that LibRaw knows",
     ),
     "five channels": (
         tiff(sample(np.uint8, channels=5), photometric="rgb"),

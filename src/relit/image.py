@@ -190,11 +190,7 @@ def read_image(source: str | Path | BinaryIO, *, max_pixels: int = DEFAULT_MAX_P
 
     with open_source(source) as stream:
         try:
-            head = stream.read(64)
-            if not head:
-                raise ImageError("is empty; get the file again")
-            stream.seek(0)
-            found = identify(head)
+            found = identify(stream)
             return _upright(decode(stream, found, check_size), found)
         except ImageError as error:
             raise ImageError(f"{name}: {error}") from error.__cause__
@@ -336,7 +332,7 @@ def _format_of(destination: str | Path | BinaryIO, like: Photo | None, given: st
     if given is None:
         given = Path(name_of(destination)).suffix
         if not given and not isinstance(place_of(destination), Path):
-            given = (like and like.format) or "PNG"
+            given = like.format if like and like.format in FORMATS else "PNG"
     if not given:
         raise OutputError(
             f"{name_of(destination)}: the name has no extension to tell the format; use one of {_EXTENSIONS}"
