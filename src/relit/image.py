@@ -1,8 +1,9 @@
 """Photos in and out of files: upright pixels at their own depth, and what travels with them.
 
 Read: JPEG, PNG, TIFF, WebP, PPM/PGM and BMP, told by content, not by name; grey or RGB, with or without
-alpha, of 8 or 16 bits, TIFF also in floating point. Written: the same, at the depth of the pixels as far
-as the format has it.
+alpha, of 8 or 16 bits, TIFF also in floating point. With an extra each, ``relit[heic]``, ``relit[raw]`` and
+``relit[exr]``: HEIC, camera raw and OpenEXR. Written: the same but HEIC and camera raw, at the depth of the
+pixels as far as the format has it.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ class Photo:
     metadata : Metadata
         EXIF, XMP and resolution.
     format : str or None
-        "JPEG", "PNG", "TIFF", "WEBP", "PPM", "PGM" or "BMP": what it was read from.
+        "JPEG", "PNG", "TIFF", "WEBP", "PPM", "PGM", "BMP", "EXR", "HEIC" or "RAW": what it was read from.
     jpeg : JpegSettings or None
         How it was compressed, if it was read from a JPEG; a JPEG is written in the same way.
 
@@ -147,7 +148,9 @@ def read_image(source: str | Path | BinaryIO, *, max_pixels: int = DEFAULT_MAX_P
     """Read a photo.
 
     The type is told by content. EXIF orientation is applied. Palettes and bitmaps become RGB or grey;
-    associated alpha in a TIFF is divided out. EXIF that cannot be parsed, and a colour profile that does
+    associated alpha in a TIFF or OpenEXR is divided out. Camera raw is developed to sRGB with the camera's
+    white balance and no automatic brightening; the linear light of OpenEXR, which must lie in [0, 1], comes
+    to the curve of sRGB. EXIF that cannot be parsed, and a colour profile that does
     not fit the pixels or is damaged, are left out.
 
     Parameters
@@ -167,7 +170,7 @@ def read_image(source: str | Path | BinaryIO, *, max_pixels: int = DEFAULT_MAX_P
     ------
     ImageError
         If there is no such file, it cannot be opened or is damaged, or it holds something else than one
-        grey or RGB photo of at most `max_pixels`.
+        grey or RGB photo of at most `max_pixels`; or if its format takes an extra that is not installed.
 
     Examples
     --------
@@ -207,12 +210,12 @@ def write_image(
     """Write a photo; a file appears whole, or not at all.
 
     The depth is that of the pixels as far as the format has it, rounded to the nearest: JPEG, WebP and BMP
-    have 8 bits, PNG, PPM and PGM up to 16, and TIFF also float32. A photo that was read from a JPEG is
-    written as JPEG with that file's own quantization tables and subsampling of colours, so that it loses
-    no more than rounding, and progressive if that was; any other at quality 95 with colours at full
-    resolution. WebP is written at quality 95; the others are lossless. Where the format cannot hold
-    the colour profile, the pixels are converted to sRGB. EXIF, XMP and resolution are kept as far as
-    the format has a place for them.
+    have 8 bits, PNG, PPM and PGM up to 16, TIFF also float32, and OpenEXR always, as linear light. A photo
+    that was read from a JPEG is written as JPEG with that file's own quantization tables and subsampling
+    of colours, so that it loses no more than rounding, and progressive if that was; any other at quality
+    95 with colours at full resolution. WebP is written at quality 95; the others are lossless. Where the
+    format cannot hold the colour profile, the pixels are converted to sRGB. EXIF, XMP and resolution are
+    kept as far as the format has a place for them.
 
     Parameters
     ----------
@@ -224,8 +227,9 @@ def write_image(
         For an array: the photo whose alpha, colour profile, metadata and JPEG settings it takes over. A
         grey profile does not go with colours, nor an RGB profile with grey.
     format : str, optional
-        "JPEG", "PNG", "TIFF", "WEBP", "PPM", "PGM" or "BMP". By default told by the name's extension; on
-        a stream without one, the format of `like` (or of a Photo), else PNG.
+        "JPEG", "PNG", "TIFF", "WEBP", "PPM", "PGM", "BMP" or "EXR". By default told by the name's
+        extension; on a stream without one, the format of `like` (or of a Photo) if it can be written, else
+        PNG.
     overwrite : bool, optional
         Whether a file that exists may be replaced.
 

@@ -45,7 +45,10 @@ def decode_exr(stream: BinaryIO, check_size: CheckSize) -> Raster:
 
 
 def encode_exr(raster: Raster) -> bytes:
-    """Write an OpenEXR of linear light in float32, lossless, its colours multiplied with alpha."""
+    """Write an OpenEXR of linear light in float32, its colours multiplied with alpha as is the custom.
+
+    That loses the colours of what cannot be seen, where alpha is 0.
+    """
     library = _library()
     light = to_unit(raster.samples)
     colours = light.shape[2] - raster.has_alpha
