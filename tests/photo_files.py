@@ -130,9 +130,9 @@ BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.03
 D50 = np.array([0.9642, 1.0, 0.8249])
 
 
-def to_xyz(*primaries):
-    """The matrix from linear RGB with these (x, y) primaries and a D65 white to XYZ, adapted to D50."""
-    columns = np.array([[x / y, 1, (1 - x - y) / y] for x, y in (*primaries, (0.3127, 0.3290))]).T
+def to_xyz(*primaries, white=(0.3127, 0.3290)):
+    """The matrix from linear RGB with these (x, y) primaries and white, by default D65, to XYZ at D50."""
+    columns = np.array([[x / y, 1, (1 - x - y) / y] for x, y in (*primaries, white)]).T
     white, columns = columns[:, 3], columns[:, :3]
     matrix = columns * np.linalg.solve(columns, white)
     return np.linalg.inv(BRADFORD) @ np.diag((BRADFORD @ D50) / (BRADFORD @ white)) @ BRADFORD @ matrix
@@ -169,6 +169,10 @@ def icc(matrix=None, gamma=2.2):
 
 
 P3 = icc(P3_TO_XYZ)
+ADOBE_RGB = icc(to_xyz((0.64, 0.33), (0.21, 0.71), (0.15, 0.06)), gamma=563 / 256)
+PROPHOTO = icc(
+    to_xyz((0.7347, 0.2653), (0.1596, 0.8404), (0.0366, 0.0001), white=(0.3457, 0.3585)), gamma=1.8
+)
 GREY_18 = icc(gamma=1.8)
 
 

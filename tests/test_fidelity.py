@@ -8,10 +8,29 @@ from dataclasses import replace
 import imagecodecs
 import numpy as np
 import pytest
+import tifffile
+from PIL import Image
+from scipy.ndimage import binary_erosion
+from scipy.spatial import Delaunay
+from skimage.color import deltaE_ciede2000
 
-from relit.image import JpegSettings, Photo, read_image
+from relit.cli import main
+from relit.detect import detect_landmarks
+from relit.image import JpegSettings, Metadata, Photo, read_image, write_image
+from relit.landmark_files import read_landmarks, write_landmarks
 from relit.samples import sample as sample_photo
-from tests.photo_files import P3, exif_block, read, sample, saved, written
+from tests.photo_files import (
+    ADOBE_RGB,
+    P3,
+    PROPHOTO,
+    XMP,
+    exif_block,
+    full_exif,
+    read,
+    sample,
+    saved,
+    written,
+)
 
 
 @pytest.fixture(scope="module")
@@ -161,3 +180,150 @@ class TestJpegSettings:
     def test_settings_survive_a_change_of_profile(self, portrait):
         data = saved(portrait, "JPEG", quality=60)
         assert anatomy(written(read(data).to_profile(P3), "JPEG")) == anatomy(data)
+
+
+PROFILES = {"Display P3": P3, "Adobe RGB": ADOBE_RGB, "ProPhoto": PROPHOTO}
+
+
+LAB = bytes(imagecodecs.cms_profile("lab4"))
+
+
+def delta_e(one, other, profile, other_profile=None):
+    """How far apart colours look, ΔE2000: by Little CMS in floating point, and scikit-image."""
+    labs = [
+        imagecodecs.cms_transform(
+            pixels / (1 if pixels.dtype.kind == "f" else np.iinfo(pixels.dtype).max),
+            space,
+            LAB,
+            colorspace="rgb",
+            outcolorspace="lab",
+            outdtype="float64",
+        )
+        for pixels, space in ((one, profile), (other, other_profile or profile))
+    ]
+    return deltaE_ciede2000(*labs)
+
+
+@pytest.fixture(scope="module")
+def people(tmp_path_factory):
+    """The sample photos, cropped, as floats in sRGB, with their landmarks in files."""
+    folder = tmp_path_factory.mktemp("people")
+    for role, box in (("target", (150, 40, 300, 210)), ("reference", (230, 130, 630, 650))):
+        with Image.open(sample_photo(role)) as opened:
+            small = opened.convert("RGB").crop(box).resize((120, 136))
+        Image.fromarray(np.asarray(small)).save(folder / f"{role}.png")
+        write_landmarks(folder / f"{role}.csv", detect_landmarks(np.asarray(small)))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def off_the_face(people):
+    """Where nothing is relit: beyond the hull of the landmarks."""
+    points = read_landmarks(people / "target.csv").xy
+    y, x = np.mgrid[:136, :120]
+    outside = Delaunay(points).find_simplex(np.dstack([x, y])) < 0
+    outside = binary_erosion(outside, np.ones((5, 5)), border_value=1)
+    assert 0.2 < outside.mean() < 0.8
+    return outside
+
+
+def relight(people, target, output):
+    """Run the command as a user does."""
+    reference, marks = people / "reference.png", people / "target.csv"
+    words = ["transfer", target, reference, "-o", output, "--target-landmarks", marks]
+    with pytest.raises(SystemExit) as stop:
+        main([*map(str, words), "--reference-landmarks", str(people / "reference.csv")])
+    return stop.value.code
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+@pytest.mark.parametrize("name", PROFILES)
+def test_a_relit_photo_keeps_all_but_its_light(name, dtype, people, off_the_face, tmp_path):
+    profile = PROFILES[name]
+    with Image.open(people / "target.png") as opened:
+        pixels = np.asarray(opened)
+    full = 1 if dtype is np.float32 else np.iinfo(dtype).max
+    converted = imagecodecs.cms_transform(
+        pixels / 255, imagecodecs.cms_profile("srgb"), profile, colorspace="rgb", outcolorspace="rgb"
+    ).clip(0, 1)
+    converted = (converted * full).astype(dtype) if full == 1 else np.rint(converted * full).astype(dtype)
+    alpha = sample(dtype, 136, 120, 1)
+    metadata = Metadata(full_exif(), XMP, (300.0, 300.0))
+    source, output = tmp_path / "target.tif", tmp_path / "relit.tif"
+    write_image(source, Photo(converted, alpha, profile, metadata))
+    assert delta_e(pixels, converted, imagecodecs.cms_profile("srgb"), profile).mean() < 1
+    assert relight(people, source, output) == 0
+
+    result = tifffile.imread(output)
+    changed = delta_e(converted, result[..., :3], profile)
+    assert changed[off_the_face].max() <= 1
+    np.testing.assert_array_equal(result[off_the_face], np.dstack([converted, alpha])[off_the_face])
+    assert changed[~off_the_face].mean() > 3
+    np.testing.assert_array_equal(result[..., 3], alpha)
+    with tifffile.TiffFile(output) as file:
+        tags = file.pages[0].tags
+        assert tags[34675].value == profile
+        assert tags[700].value == XMP
+        assert (tags[271].value, tags[282].value) == ("Maker", (300, 1))
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_a_relit_jpeg_keeps_its_colours_but_for_rounding(name, people, off_the_face, tmp_path):
+    with Image.open(people / "target.png") as opened:
+        pixels = np.asarray(opened)
+    source, output = tmp_path / "target.jpg", tmp_path / "relit.jpg"
+    exif = b"Exif\0\0" + full_exif()
+    source.write_bytes(
+        saved(pixels, "JPEG", quality=80, subsampling="4:2:0", icc_profile=PROFILES[name], exif=exif, xmp=XMP)
+    )
+    assert relight(people, source, output) == 0
+    assert anatomy(output.read_bytes()) == anatomy(source.read_bytes())
+    with Image.open(source) as before, Image.open(output) as after:
+        changed = delta_e(np.asarray(before), np.asarray(after), PROFILES[name])
+        assert after.info["icc_profile"] == PROFILES[name]
+        assert after.info["xmp"] == XMP
+        assert after.getexif()[0x010F] == "Maker"
+    away = binary_erosion(off_the_face, np.ones((33, 33)), border_value=1)  # two blocks, which share colours
+    assert changed[away].mean() < 1
+    assert changed[~off_the_face].mean() > 3
+
+
+@pytest.mark.parametrize(("dtype", "limit"), [(np.uint8, 3), (np.uint16, 0.1), (np.float32, 0.1)])
+@pytest.mark.parametrize("name", PROFILES)
+def test_colours_come_back_from_another_profile(name, dtype, limit, people):
+    """To the reference's colours and back; at 8 bits, a level in the shadows is more than can be seen."""
+    photo = read_image(people / "target.png")
+    full = 1 if dtype is np.float32 else np.iinfo(dtype).max
+    photo = replace(photo, pixels=(photo.pixels / 255 * full).astype(dtype))
+    there = photo.to_profile(PROFILES[name])
+    back = there.to_profile(None)
+    srgb = imagecodecs.cms_profile("srgb")
+    assert delta_e(photo.pixels, there.pixels, srgb, PROFILES[name]).mean() < 1
+    changed = delta_e(photo.pixels, back.pixels, srgb)
+    assert changed.mean() < 1
+    assert changed.max() < limit
+
+
+FRAMES = [sample(np.uint8, 32, 32, seed=seed) for seed in (0, 1)]
+FURTHER = {"save_all": True, "append_images": [Image.fromarray(FRAMES[1])]}
+REFUSED = {
+    "CMYK JPEG": (saved(Image.new("CMYK", (32, 32)), "JPEG"), "holds CMYK colours; convert it to RGB"),
+    "CMYK TIFF": (saved(Image.new("CMYK", (32, 32)), "TIFF"), "holds SEPARATED colours; convert it to RGB"),
+    "animated GIF": (saved(FRAMES[0], "GIF", **FURTHER), "found a GIF file; convert it to JPEG, PNG"),
+    "animated WebP": (saved(FRAMES[0], "WEBP", **FURTHER), "animated; save one frame as a photo"),
+    "animated PNG": (saved(FRAMES[0], "PNG", **FURTHER), "animated; save one frame as a photo"),
+    "pages": (saved(FRAMES[0], "TIFF", **FURTHER), "holds several pages; save one as a photo"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_is_no_one_photo_ends_in_one_line_and_no_file(name, people, tmp_path, capfd):
+    data, message = REFUSED[name]
+    source, output = tmp_path / "target.png", tmp_path / "relit.png"
+    source.write_bytes(data)
+    assert relight(people, source, output) == 1
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err.startswith(f"relit: error: {source}: {message}")
+    assert err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == [source]
