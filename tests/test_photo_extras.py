@@ -11,7 +11,7 @@ import tifffile
 from PIL import Image
 
 from relit.errors import ImageError, OutputError
-from relit.image import Photo, read_image, write_image
+from relit.image import Photo, check_destination, read_image, write_image
 from tests.photo_files import (
     P3,
     P3_TO_XYZ,
@@ -39,6 +39,16 @@ def test_without_the_extra_the_error_says_how_to_get_it(module, name, head, monk
     monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(ImageError, match=rf"need an extra: pip install 'relit\[{name}\]'"):
         read(head)
+
+
+def test_without_the_extra_it_is_not_written_either(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "OpenEXR", None)
+    for refuse in (check_destination, lambda path: write_image(path, sample(np.uint8))):
+        with pytest.raises(
+            OutputError, match=r"a\.exr: OpenEXR files need an extra: pip install 'relit\[exr"
+        ):
+            refuse(tmp_path / "a.exr")
+    assert list(tmp_path.iterdir()) == []
 
 
 class TestHeic:

@@ -282,7 +282,8 @@ def check_destination(
     ImageError
         If the format cannot hold such a photo.
     OutputError
-        If the file exists already, its folder does not, or the format is not known.
+        If the file exists already, its folder does not, the format is not known, or it takes an extra that
+        is not installed.
 
     Examples
     --------
@@ -342,11 +343,16 @@ def _format_of(destination: str | Path | BinaryIO, like: Photo | None, given: st
             f"{name_of(destination)}: the name has no extension to tell the format; use one of {_EXTENSIONS}"
         )
     try:
-        return _NAMES[given.lower().removeprefix(".")]
+        name = _NAMES[given.lower().removeprefix(".")]
+        if library := FORMATS[name].library:
+            library()
+    except ImageError as error:
+        raise OutputError(f"{name_of(destination)}: {error}") from error
     except KeyError:
         raise OutputError(
             f"{name_of(destination)}: no format to write goes by {given!r}; use one of {_EXTENSIONS}"
         ) from None
+    return name
 
 
 def _check_fits(photo: Photo, name: str, destination: str) -> None:

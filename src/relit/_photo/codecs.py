@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
-from relit._photo.exr import decode_exr, encode_exr
+from relit._photo.exr import decode_exr, encode_exr, openexr
 from relit._photo.heif import decode_heif
 from relit._photo.pillow import decode_with_pillow, encode_bmp, encode_jpeg, encode_webp
 from relit._photo.png import decode_png, encode_png
@@ -67,6 +67,8 @@ class Format(Readable):
         Colour spaces of the ICC profiles it can hold.
     longest : int or None
         The longest side in px, where the format sets one.
+    library : callable or None
+        Loads the optional library that it takes; raises where that is missing.
     """
 
     encode: Callable[[Raster], bytes]
@@ -76,6 +78,7 @@ class Format(Readable):
     colour: bool = True
     profiles: tuple[str, ...] = ("GRAY", "RGB")
     longest: int | None = None
+    library: Callable[[], Any] | None = None
 
 
 FORMATS: dict[str, Format] = {
@@ -146,6 +149,7 @@ FORMATS: dict[str, Format] = {
         extensions=(".exr",),
         deepest=np.float32,
         profiles=(),
+        library=openexr,
     ),
 }
 

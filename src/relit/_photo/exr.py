@@ -25,7 +25,7 @@ _ONE = 1 + 2**-10
 
 def decode_exr(stream: BinaryIO, check_size: CheckSize) -> Raster:
     """Read an OpenEXR of one part, grey or RGB with or without alpha, of light in [0, 1]."""
-    library = _library()
+    library = openexr()
     if len(parts := library.File(stream, header_only=True).parts) > 1:
         raise ImageError("holds several parts; save one as a photo of its own")
     header = parts[0].header
@@ -49,7 +49,7 @@ def encode_exr(raster: Raster) -> bytes:
 
     That loses the colours of what cannot be seen, where alpha is 0.
     """
-    library = _library()
+    library = openexr()
     light = to_unit(raster.samples)
     colours = light.shape[2] - raster.has_alpha
     light[..., :colours] = srgb.to_light(light[..., :colours])
@@ -66,7 +66,8 @@ def encode_exr(raster: Raster) -> bytes:
     return buffer.getvalue()
 
 
-def _library() -> Any:
+def openexr() -> Any:
+    """Return the optional library."""
     return extra("OpenEXR", "exr", "OpenEXR files")
 
 
