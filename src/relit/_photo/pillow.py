@@ -71,7 +71,8 @@ def decode_with_pillow(stream: BinaryIO, check_size: CheckSize, *, name: str) ->
             raise ImageError("animated; save one frame as a photo of its own")
         if image.mode not in _MODES:
             raise ImageError(f"holds {image.mode} colours; convert it to RGB or grey first")
-        samples = np.array(image.convert(_MODES[image.mode]))
+        mode = _MODES[image.mode]
+        samples = np.array(image if image.mode == mode else image.convert(mode))  # or it copies
     info = image.info
     metadata = Metadata(info.get("exif"), info.get("xmp"), resolution(*info.get("dpi", (0, 0))))
     jpeg = settings_of(image) if name == "JPEG" else None
