@@ -49,7 +49,8 @@ def relit() -> None:
     """Carry the light of one face photo to another.
 
     The TARGET keeps the person, the REFERENCE gives the light. Faces are found automatically; landmarks
-    placed by hand can be given instead. Photos are JPEG, PNG, TIFF, WebP, PPM/PGM or BMP.
+    placed by hand can be given instead. Photos are JPEG, PNG, TIFF, WebP, PPM/PGM or BMP; with
+    extras also HEIC, camera raw and OpenEXR.
 
     \b
     Start here:

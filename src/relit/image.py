@@ -1,8 +1,9 @@
 """Photos in and out of files: upright pixels at their own depth, and what travels with them.
 
 Read: JPEG, PNG, TIFF, WebP, PPM/PGM and BMP, told by content, not by name; grey or RGB, with or without
-alpha, of 8 or 16 bits, TIFF also in floating point. Written: the same, at the depth of the pixels as far
-as the format has it.
+alpha, of 8 or 16 bits, TIFF also in floating point. With an extra each, ``relit[heic]``, ``relit[raw]`` and
+``relit[exr]``: HEIC, camera raw and OpenEXR. Written: the same but HEIC and camera raw, at the depth of the
+pixels as far as the format has it.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 
 from relit._photo.codecs import FORMATS, decode, identify
+from relit._photo.jpeg import JpegSettings
 from relit._photo.metadata import Metadata, put_upright
 from relit._photo.places import name_of, open_source, place_of, put
 from relit._photo.raster import Raster, to_depth
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "DEFAULT_MAX_PIXELS",
+    "JpegSettings",
     "Metadata",
     "Photo",
     "check_destination",
@@ -61,7 +64,9 @@ class Photo:
     metadata : Metadata
         EXIF, XMP and resolution.
     format : str or None
-        "JPEG", "PNG", "TIFF", "WEBP", "PPM", "PGM" or "BMP": what it was read from.
+        "JPEG", "PNG", "TIFF", "WEBP", "PPM", "PGM", "BMP", "EXR", "HEIC" or "RAW": what it was read from.
+    jpeg : JpegSettings or None
+        How it was compressed, if it was read from a JPEG; a JPEG is written in the same way.
 
     Examples
     --------
@@ -75,6 +80,7 @@ class Photo:
     profile: bytes | None = None
     metadata: Metadata = field(default_factory=Metadata)
     format: str | None = None
+    jpeg: JpegSettings | None = None
 
     def to_profile(self, profile: bytes | None) -> Photo:
         """Return the photo with its pixels in another colour profile, at their own bit depth.
@@ -142,7 +148,9 @@ def read_image(source: str | Path | BinaryIO, *, max_pixels: int = DEFAULT_MAX_P
     """Read a photo.
 
     The type is told by content. EXIF orientation is applied. Palettes and bitmaps become RGB or grey;
-    associated alpha in a TIFF is divided out. EXIF that cannot be parsed, and a colour profile that does
+    associated alpha in a TIFF or OpenEXR is divided out. Camera raw is developed to sRGB with the camera's
+    white balance and no automatic brightening; the linear light of OpenEXR, which must lie in [0, 1], comes
+    to the curve of sRGB. EXIF that cannot be parsed, and a colour profile that does
     not fit the pixels or is damaged, are left out.
 
     Parameters
@@ -162,7 +170,7 @@ def read_image(source: str | Path | BinaryIO, *, max_pixels: int = DEFAULT_MAX_P
     ------
     ImageError
         If there is no such file, it cannot be opened or is damaged, or it holds something else than one
-        grey or RGB photo of at most `max_pixels`.
+        grey or RGB photo of at most `max_pixels`; or if its format takes an extra that is not installed.
 
     Examples
     --------
@@ -185,11 +193,7 @@ def read_image(source: str | Path | BinaryIO, *, max_pixels: int = DEFAULT_MAX_P
 
     with open_source(source) as stream:
         try:
-            head = stream.read(64)
-            if not head:
-                raise ImageError("is empty; get the file again")
-            stream.seek(0)
-            found = identify(head)
+            found = identify(stream)
             return _upright(decode(stream, found, check_size), found)
         except ImageError as error:
             raise ImageError(f"{name}: {error}") from error.__cause__
@@ -206,10 +210,12 @@ def write_image(
     """Write a photo; a file appears whole, or not at all.
 
     The depth is that of the pixels as far as the format has it, rounded to the nearest: JPEG, WebP and BMP
-    have 8 bits, PNG, PPM and PGM up to 16, and TIFF also float32. JPEG is written at quality 95 with
-    colours at full resolution, WebP at quality 95; the others are lossless. Where the format cannot hold
-    the colour profile, the pixels are converted to sRGB. EXIF, XMP and resolution are kept as far as
-    the format has a place for them.
+    have 8 bits, PNG, PPM and PGM up to 16, TIFF also float32, and OpenEXR always, as linear light. A photo
+    that was read from a JPEG is written as JPEG with that file's own quantization tables and subsampling
+    of colours, so that it loses no more than rounding, and progressive if that was; any other at quality
+    95 with colours at full resolution. WebP is written at quality 95; the others are lossless. Where the
+    format cannot hold the colour profile, the pixels are converted to sRGB. EXIF, XMP and resolution are
+    kept as far as the format has a place for them.
 
     Parameters
     ----------
@@ -218,11 +224,12 @@ def write_image(
     image : Photo or ndarray, shape (H, W) or (H, W, 3)
         uint8, uint16, or floating point in [0, 1].
     like : Photo, optional
-        For an array: the photo whose alpha, colour profile and metadata it takes over. A grey profile does
-        not go with colours, nor an RGB profile with grey.
+        For an array: the photo whose alpha, colour profile, metadata and JPEG settings it takes over. A
+        grey profile does not go with colours, nor an RGB profile with grey.
     format : str, optional
-        "JPEG", "PNG", "TIFF", "WEBP", "PPM", "PGM" or "BMP". By default told by the name's extension; on
-        a stream without one, the format of `like` (or of a Photo), else PNG.
+        "JPEG", "PNG", "TIFF", "WEBP", "PPM", "PGM", "BMP" or "EXR". By default told by the name's
+        extension; on a stream without one, the format of `like` (or of a Photo) if it can be written, else
+        PNG.
     overwrite : bool, optional
         Whether a file that exists may be replaced.
 
@@ -250,7 +257,8 @@ def write_image(
     dtype = min(photo.pixels.dtype, np.dtype(target.deepest), key=lambda depth: depth.itemsize)
     planes = [plane for plane in (photo.pixels, photo.alpha) if plane is not None]
     samples = np.dstack([to_depth(plane, dtype) for plane in planes])
-    put(target.encode(Raster(samples, photo.profile, photo.metadata)), destination, overwrite=overwrite)
+    raster = Raster(samples, photo.profile, photo.metadata, photo.jpeg)
+    put(target.encode(raster), destination, overwrite=overwrite)
 
 
 def check_destination(
@@ -274,7 +282,8 @@ def check_destination(
     ImageError
         If the format cannot hold such a photo.
     OutputError
-        If the file exists already, its folder does not, or the format is not known.
+        If the file exists already, its folder does not, the format is not known, or it takes an extra that
+        is not installed.
 
     Examples
     --------
@@ -293,9 +302,9 @@ def check_destination(
 
 def _upright(raster: Raster, name: str) -> Photo:
     orientation, metadata = put_upright(raster.metadata)
-    samples = raster.samples
+    samples, jpeg = raster.samples, raster.jpeg
     if orientation > 4:
-        samples = samples.swapaxes(0, 1)
+        samples, jpeg = samples.swapaxes(0, 1), jpeg and jpeg.turned()
     if orientation in (2, 3, 6, 7):
         samples = samples[:, ::-1]
     if orientation in (3, 4, 7, 8):
@@ -304,7 +313,7 @@ def _upright(raster: Raster, name: str) -> Photo:
     pixels = np.ascontiguousarray(samples[..., :3] if channels >= 3 else samples[..., 0])
     alpha = np.ascontiguousarray(samples[..., -1]) if channels in (2, 4) else None
     profile = raster.profile if raster.profile and is_usable(raster.profile, pixels) else None
-    return Photo(pixels, alpha, profile, metadata, name)
+    return Photo(pixels, alpha, profile, metadata, name, jpeg)
 
 
 def _as_photo(image: NDArray[Any] | Photo, like: Photo | None) -> Photo:
@@ -328,17 +337,22 @@ def _format_of(destination: str | Path | BinaryIO, like: Photo | None, given: st
     if given is None:
         given = Path(name_of(destination)).suffix
         if not given and not isinstance(place_of(destination), Path):
-            given = (like and like.format) or "PNG"
+            given = like.format if like and like.format in FORMATS else "PNG"
     if not given:
         raise OutputError(
             f"{name_of(destination)}: the name has no extension to tell the format; use one of {_EXTENSIONS}"
         )
     try:
-        return _NAMES[given.lower().removeprefix(".")]
+        name = _NAMES[given.lower().removeprefix(".")]
+        if library := FORMATS[name].library:
+            library()
+    except ImageError as error:
+        raise OutputError(f"{name_of(destination)}: {error}") from error
     except KeyError:
         raise OutputError(
             f"{name_of(destination)}: no format to write goes by {given!r}; use one of {_EXTENSIONS}"
         ) from None
+    return name
 
 
 def _check_fits(photo: Photo, name: str, destination: str) -> None:

@@ -14,10 +14,13 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
+from relit._photo.exr import decode_exr, encode_exr, openexr
+from relit._photo.heif import decode_heif
 from relit._photo.pillow import decode_with_pillow, encode_bmp, encode_jpeg, encode_webp
 from relit._photo.png import decode_png, encode_png
 from relit._photo.pnm import decode_pnm, encode_pnm
-from relit._photo.tiff import decode_tiff, encode_tiff
+from relit._photo.raw import decode_raw
+from relit._photo.tiff import decode_tiff, encode_tiff, is_camera_raw
 from relit.errors import ImageError
 
 if TYPE_CHECKING:
@@ -30,16 +33,30 @@ for _library in ("imagecodecs", "netpbmfile", "tifffile"):
     logging.getLogger(_library).addHandler(logging.NullHandler())
 
 
-@dataclass(frozen=True)
-class Format:
-    """A file format.
+@dataclass(frozen=True, kw_only=True)
+class Readable:
+    """A file format that can be read.
 
     Attributes
     ----------
-    decode, encode : callable
-        Read a `Raster` from a seekable binary file; turn one into bytes.
+    decode : callable
+        Reads a `Raster` from a seekable binary file.
     signature : bytes
         Pattern of what its files start with.
+    """
+
+    decode: Callable[[BinaryIO, CheckSize], Raster]
+    signature: bytes
+
+
+@dataclass(frozen=True, kw_only=True)
+class Format(Readable):
+    """A file format that can be read and written.
+
+    Attributes
+    ----------
+    encode : callable
+        Turns a `Raster` into bytes.
     extensions : tuple of str
         What names of its files end with, the usual one first.
     deepest : dtype
@@ -50,23 +67,24 @@ class Format:
         Colour spaces of the ICC profiles it can hold.
     longest : int or None
         The longest side in px, where the format sets one.
+    library : callable or None
+        Loads the optional library that it takes; raises where that is missing.
     """
 
-    decode: Callable[[BinaryIO, CheckSize], Raster]
     encode: Callable[[Raster], bytes]
-    signature: bytes
     extensions: tuple[str, ...]
     deepest: Any
     alpha: bool = True
     colour: bool = True
     profiles: tuple[str, ...] = ("GRAY", "RGB")
     longest: int | None = None
+    library: Callable[[], Any] | None = None
 
 
 FORMATS: dict[str, Format] = {
     "JPEG": Format(
-        partial(decode_with_pillow, name="JPEG"),
-        encode_jpeg,
+        decode=partial(decode_with_pillow, name="JPEG"),
+        encode=encode_jpeg,
         signature=rb"\xff\xd8\xff",
         extensions=(".jpg", ".jpeg"),
         deepest=np.uint8,
@@ -74,22 +92,22 @@ FORMATS: dict[str, Format] = {
         longest=65500,
     ),
     "PNG": Format(
-        decode_png,
-        encode_png,
+        decode=decode_png,
+        encode=encode_png,
         signature=rb"\x89PNG\r\n\x1a\n",
         extensions=(".png",),
         deepest=np.uint16,
     ),
     "TIFF": Format(
-        decode_tiff,
-        encode_tiff,
+        decode=decode_tiff,
+        encode=encode_tiff,
         signature=rb"II[*+]\0|MM\0[*+]",
         extensions=(".tif", ".tiff"),
         deepest=np.float32,
     ),
     "WEBP": Format(
-        partial(decode_with_pillow, name="WEBP"),
-        encode_webp,
+        decode=partial(decode_with_pillow, name="WEBP"),
+        encode=encode_webp,
         signature=rb"RIFF....WEBP",
         extensions=(".webp",),
         deepest=np.uint8,
@@ -97,8 +115,8 @@ FORMATS: dict[str, Format] = {
         longest=16383,
     ),
     "PPM": Format(
-        decode_pnm,
-        encode_pnm,
+        decode=decode_pnm,
+        encode=encode_pnm,
         signature=rb"P[36][\s#]",
         extensions=(".ppm", ".pnm"),
         deepest=np.uint16,
@@ -106,8 +124,8 @@ FORMATS: dict[str, Format] = {
         profiles=(),
     ),
     "PGM": Format(
-        decode_pnm,
-        encode_pnm,
+        decode=decode_pnm,
+        encode=encode_pnm,
         signature=rb"P[1245][\s#]",
         extensions=(".pgm",),
         deepest=np.uint16,
@@ -116,20 +134,38 @@ FORMATS: dict[str, Format] = {
         profiles=(),
     ),
     "BMP": Format(
-        partial(decode_with_pillow, name="BMP"),
-        encode_bmp,
+        decode=partial(decode_with_pillow, name="BMP"),
+        encode=encode_bmp,
         signature=rb"BM",
         extensions=(".bmp",),
         deepest=np.uint8,
         alpha=False,
         profiles=(),
     ),
+    "EXR": Format(
+        decode=decode_exr,
+        encode=encode_exr,
+        signature=rb"v/1\x01",
+        extensions=(".exr",),
+        deepest=np.float32,
+        profiles=(),
+        library=openexr,
+    ),
+}
+
+READ_ONLY: dict[str, Readable] = {
+    # Canon, Panasonic, Olympus and Fujifilm; the raw files of others look like TIFFs.
+    "RAW": Readable(
+        decode=decode_raw,
+        signature=rb"II\*\0....CR\x02|II\x1a\0\0\0HEAPCCDR|....ftypcrx |IIU\0|IIR[OS]|MMOR|FUJIFILMCCD-RAW",
+    ),
+    "HEIC": Readable(decode=decode_heif, signature=rb"....ftyp(hei[cxms]|mif1(?!.*avi[fs]))"),
 }
 
 _OTHERS = {
     "a GIF": rb"GIF8",
-    "a HEIC": rb"....ftyp(hei|mif|msf)",
-    "an AVIF": rb"....ftypavi",
+    "an animated HEIC": rb"....ftyp(hev|msf1(?!.*avi[fs]))",
+    "an AVIF": rb"....ftyp(avi|mif1|msf1)",
     "a video": rb"....ftyp",
     "a JPEG XL": rb"\xff\x0a|\0\0\0\x0cJXL ",
     "a JPEG 2000": rb"\0\0\0\x0cjP  |\xff\x4f\xff\x51",
@@ -140,17 +176,25 @@ _OTHERS = {
 }
 
 
-def identify(head: bytes) -> str:
-    """Return the format of a file that starts with these bytes.
+def _readable() -> dict[str, Readable]:
+    return {**READ_ONLY, **FORMATS}
+
+
+def identify(stream: BinaryIO) -> str:
+    """Return the format of a seekable binary file, told by its content.
 
     Raises
     ------
     ImageError
         If it is none that can be read; the message says what was found instead.
     """
-    for name, known in FORMATS.items():
+    head = stream.read(64)
+    stream.seek(0)
+    if not head:
+        raise ImageError("is empty; get the file again")
+    for name, known in _readable().items():
         if re.match(known.signature, head, re.DOTALL):
-            return name
+            return "RAW" if name == "TIFF" and is_camera_raw(stream) else name
     found = next(name for name, signature in _OTHERS.items() if re.match(signature, head, re.DOTALL))
     raise ImageError(f"found {found} file; convert it to JPEG, PNG, TIFF, WebP, PPM, PGM or BMP first")
 
@@ -172,7 +216,7 @@ def decode(stream: BinaryIO, name: str, check_size: CheckSize) -> Raster:
         If the file is damaged, or holds something else than one grey or RGB photo.
     """
     try:
-        return FORMATS[name].decode(stream, check_size)
+        return _readable()[name].decode(stream, check_size)
     except (ImageError, MemoryError):
         raise
     except Exception as error:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import io
 import threading
 import warnings
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageFile
 
+from relit._photo.jpeg import encoder_options, settings_of
 from relit._photo.metadata import EXIF_PREFIX, Metadata, resolution
 from relit._photo.raster import Raster
 from relit.errors import ImageError
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
 _MODES = {"1": "L", "L": "L", "P": "RGB", "RGB": "RGB", "RGBA": "RGBA"}
 _QUALITY = 95
+#: More than a pixel of pure noise takes in a JPEG of the highest quality.
+_WORST_BYTES = 8
 _LARGEST_SEGMENT = 65533
 _XMP_PREFIX = b"http://ns.adobe.com/xap/1.0/\0"
 _PILLOW = threading.Lock()
@@ -43,6 +46,20 @@ def quiet_pillow() -> Iterator[None]:
             Image.MAX_IMAGE_PIXELS = limit
 
 
+@contextmanager
+def _room_for(size: int) -> Iterator[None]:
+    """Let Pillow write a progressive JPEG of this many bytes.
+
+    It must fit one buffer, for which Pillow's guess is too small where the quality is highest.
+    """
+    with _PILLOW:
+        block, ImageFile.MAXBLOCK = ImageFile.MAXBLOCK, size
+        try:
+            yield
+        finally:
+            ImageFile.MAXBLOCK = block
+
+
 def decode_with_pillow(stream: BinaryIO, check_size: CheckSize, *, name: str) -> Raster:
     """Read a JPEG, WebP or BMP; palettes become RGB, single bits 8."""
     with quiet_pillow():
@@ -54,28 +71,33 @@ def decode_with_pillow(stream: BinaryIO, check_size: CheckSize, *, name: str) ->
             raise ImageError("animated; save one frame as a photo of its own")
         if image.mode not in _MODES:
             raise ImageError(f"holds {image.mode} colours; convert it to RGB or grey first")
-        samples = np.array(image.convert(_MODES[image.mode]))
+        mode = _MODES[image.mode]
+        samples = np.array(image if image.mode == mode else image.convert(mode))  # or it copies
     info = image.info
     metadata = Metadata(info.get("exif"), info.get("xmp"), resolution(*info.get("dpi", (0, 0))))
-    return Raster(samples.reshape(*samples.shape[:2], -1), info.get("icc_profile"), metadata)
+    jpeg = settings_of(image) if name == "JPEG" else None
+    return Raster(samples.reshape(*samples.shape[:2], -1), info.get("icc_profile"), metadata, jpeg)
 
 
 def encode_jpeg(raster: Raster) -> bytes:
-    """Write a JPEG at quality 95, with colours at full resolution.
+    """Write a JPEG, compressed as the photo was, or at quality 95 with colours at full resolution.
 
     EXIF and XMP that exceed a JPEG's segments, 64 KiB, are left out.
     """
     exif = EXIF_PREFIX + raster.metadata.exif if raster.metadata.exif else b""
     xmp = raster.metadata.xmp or b""
-    return _encode(
-        raster,
-        "JPEG",
-        quality=_QUALITY,
-        subsampling=0,
-        icc_profile=raster.profile,
-        exif=exif if len(exif) <= _LARGEST_SEGMENT else b"",
-        xmp=xmp if len(_XMP_PREFIX + xmp) <= _LARGEST_SEGMENT else b"",
-    )
+    height, width, channels = raster.samples.shape
+    options = encoder_options(raster.jpeg, grey=channels == 1)
+    room = _room_for(_WORST_BYTES * height * width) if options.get("progressive") else nullcontext()
+    with room:
+        return _encode(
+            raster,
+            "JPEG",
+            icc_profile=raster.profile,
+            exif=exif if len(exif) <= _LARGEST_SEGMENT else b"",
+            xmp=xmp if len(_XMP_PREFIX + xmp) <= _LARGEST_SEGMENT else b"",
+            **options,
+        )
 
 
 def encode_webp(raster: Raster) -> bytes:

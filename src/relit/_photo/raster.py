@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from relit._photo.jpeg import JpegSettings
 from relit._photo.metadata import Metadata
 from relit.pixels import from_unit, to_unit
 
@@ -30,11 +31,14 @@ class Raster:
     profile : bytes or None
         ICC profile.
     metadata : Metadata
+    jpeg : JpegSettings or None
+        How a JPEG is compressed.
     """
 
     samples: NDArray[Any]
     profile: bytes | None = None
     metadata: Metadata = field(default_factory=Metadata)
+    jpeg: JpegSettings | None = None
 
     @property
     def has_alpha(self) -> bool:
@@ -73,3 +77,16 @@ def to_depth(samples: NDArray[Any], dtype: DTypeLike) -> NDArray[Any]:
     if samples.dtype.kind == "f":
         return from_unit(samples, dtype)
     return rescale(samples, int(np.iinfo(samples.dtype).max), dtype)
+
+
+def full_of(samples: NDArray[Any]) -> int:
+    """Return the number that is 1: white, or opaque."""
+    return 1 if samples.dtype.kind == "f" else int(np.iinfo(samples.dtype).max)
+
+
+def divide_by_alpha(samples: NDArray[Any]) -> None:
+    """Undo, in place, the multiplication of the colours with alpha."""
+    full = full_of(samples)
+    colour, alpha = samples[..., :-1].astype(np.float64), samples[..., -1:]
+    np.divide(colour * full, alpha, out=colour, where=alpha > 0)
+    samples[..., :-1] = (colour if full == 1 else np.rint(colour)).clip(0, full)

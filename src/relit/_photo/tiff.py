@@ -7,6 +7,7 @@ but not 16 bits of RGB.
 from __future__ import annotations
 
 from contextlib import suppress
+from dataclasses import replace
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -15,7 +16,7 @@ from PIL import Image, TiffImagePlugin
 
 from relit._photo.metadata import ORIENTATION, Metadata, resolution
 from relit._photo.pillow import quiet_pillow
-from relit._photo.raster import Raster, rescale
+from relit._photo.raster import Raster, divide_by_alpha, full_of, rescale
 from relit.errors import ImageError
 
 if TYPE_CHECKING:
@@ -40,15 +41,36 @@ def decode_tiff(stream: BinaryIO, check_size: CheckSize) -> Raster:
     with tifffile.TiffFile(stream) as file:
         pages: Any = file.pages
         page = pages.first
-        if page.is_reduced:
-            raise ImageError("starts with a preview, as camera raw files do; develop it to a TIFF first")
         if any(not other.is_reduced for other in pages[1:]):
             raise ImageError("holds several pages; save one as a photo of its own")
         check_size(page.imagewidth, page.imagelength)
         samples = _samples(page)
-        exif = _read_exif(stream, page.tags.valueof(ORIENTATION, default=1))
-        metadata = Metadata(exif, _bytes(page, _XMP), _resolution(page))
+        metadata = replace(_metadata(stream, page), dpi=_resolution(page))
         return Raster(samples, _bytes(page, _PROFILE), metadata)
+
+
+def is_camera_raw(stream: BinaryIO) -> bool:
+    """Return whether a TIFF starts with a preview, or with what a sensor saw."""
+    import tifffile
+
+    sensor = (tifffile.PHOTOMETRIC.CFA, tifffile.PHOTOMETRIC.LINEAR_RAW)
+    try:
+        with suppress(Exception), tifffile.TiffFile(stream) as file:
+            page: Any = file.pages.first
+            return page.is_reduced or page.photometric in sensor
+        return False
+    finally:
+        stream.seek(0)
+
+
+def read_metadata(stream: BinaryIO) -> Metadata:
+    """Return the EXIF and XMP of a TIFF, or of what is like one; nothing where it is not."""
+    import tifffile
+
+    stream.seek(0)
+    with suppress(Exception), tifffile.TiffFile(stream) as file:
+        return _metadata(stream, file.pages.first)
+    return Metadata()
 
 
 def encode_tiff(raster: Raster) -> bytes:
@@ -91,6 +113,11 @@ def encode_tiff(raster: Raster) -> bytes:
     return _HEADER + directory.tobytes(len(_HEADER)) + b"".join(strips)
 
 
+def _metadata(stream: BinaryIO, page: Any) -> Metadata:
+    exif = _read_exif(stream, page.tags.valueof(ORIENTATION, default=1))
+    return Metadata(exif, _bytes(page, _XMP))
+
+
 def _samples(page: Any) -> NDArray[Any]:
     from tifffile import COMPRESSION, EXTRASAMPLE, PHOTOMETRIC, PLANARCONFIG
 
@@ -117,9 +144,9 @@ def _samples(page: Any) -> NDArray[Any]:
         return np.moveaxis((page.colormap >> 8).astype(np.uint8)[:, samples[..., 0]], 0, -1)
     samples = _whole_range(samples, page.bitspersample)
     if page.photometric == PHOTOMETRIC.MINISWHITE:
-        samples[..., 0] = _full(samples) - samples[..., 0]
+        samples[..., 0] = full_of(samples) - samples[..., 0]
     if extra and page.extrasamples[:1] == (EXTRASAMPLE.ASSOCALPHA,):
-        _divide_by_alpha(samples)
+        divide_by_alpha(samples)
     return samples
 
 
@@ -132,18 +159,6 @@ def _whole_range(samples: NDArray[Any], bits: int) -> NDArray[Any]:
     if samples.dtype.kind not in "bu" or bits > 16:
         raise ImageError(f"holds {samples.dtype} values; save it with 8 or 16 bits, or floats in [0, 1]")
     return rescale(samples, 2**bits - 1, np.uint8 if bits <= 8 else np.uint16)
-
-
-def _full(samples: NDArray[Any]) -> int:
-    return 1 if samples.dtype.kind == "f" else int(np.iinfo(samples.dtype).max)
-
-
-def _divide_by_alpha(samples: NDArray[Any]) -> None:
-    """Undo, in place, the multiplication of the colours with alpha."""
-    full = _full(samples)
-    colour, alpha = samples[..., :-1].astype(np.float64), samples[..., -1:]
-    np.divide(colour * full, alpha, out=colour, where=alpha > 0)
-    samples[..., :-1] = (colour if full == 1 else np.rint(colour)).clip(0, full)
 
 
 def _bytes(page: Any, tag: int) -> bytes | None:
