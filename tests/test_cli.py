@@ -23,8 +23,6 @@ import numpy as np
 import pytest
 import tifffile
 from PIL import Image, ImageCms
-from scipy.ndimage import distance_transform_edt
-from scipy.spatial import Delaunay
 
 from relit import alignment, detect, figures, files, inputs, relighting
 from relit import cli as module
@@ -38,6 +36,7 @@ from relit.methods import ltv_swap, shading
 from relit.options import TransferOptions
 from relit.samples import sample
 from relit.scale import automatic_lam
+from tests.faces import off_the_face
 
 FACES = "--target-landmarks target.csv --reference-landmarks reference.csv"
 TRANSFER = f"transfer target.png reference.png {FACES}"
@@ -161,15 +160,6 @@ def in_library(studio, target=None, reference=None, **options):
         reference_landmarks=studio.reference_landmarks,
         **options,
     )
-
-
-def off_the_face(landmarks, shape):
-    """Return where a photo is farther from its face than 0.9 interocular distances and two pixels."""
-    y, x = np.mgrid[: shape[0], : shape[1]]
-    outside = Delaunay(landmarks.xy).find_simplex(np.dstack([x, y])) < 0
-    off = distance_transform_edt(outside) > 0.9 * landmarks.interocular_distance + 2
-    assert 0.05 < off.mean() < 0.9
-    return off
 
 
 @functools.cache  # it holds the time at which it was made

@@ -24,7 +24,7 @@ _TAIL = 2.5  # standard deviations of the blur from the middle of the soft edge 
 #: How far the forehead reaches above the brows, in interocular distances, where no landmark tells.
 _FOREHEAD = 0.7
 
-_SOFT_EDGE, _PART_MARGIN = 0.1, 0.08  # of the parts of a face, in interocular distances
+_SOFT_EDGE, _PART_MARGIN = 0.08, 0.12  # of the parts of a face, in interocular distances
 _IN_PAIRS = ("eyes", "brows", "cheeks")
 
 
@@ -136,10 +136,12 @@ def _part(landmarks: Landmarks, shape: tuple[int, ...], name: str) -> NDArray[np
     if name in _IN_PAIRS:
         middle, across = _halves(landmarks)
         right = (sides - middle) @ across > 0
-        polygons = [_grown(side, unit) for side in (sides[right], sides[~right])]
+        groups = [sides[right], sides[~right]]
     else:
-        polygons = [_grown(sides, unit)]
-    return np.asarray(gaussian_filter(drawn(polygons, shape).astype(np.float32), _SOFT_EDGE * unit))
+        groups = [sides]
+    hulls = drawn([points[ConvexHull(points).vertices] for points in groups], shape)
+    larger = distance_transform_edt(~hulls) <= _PART_MARGIN * unit
+    return np.asarray(gaussian_filter(larger.astype(np.float32), _SOFT_EDGE * unit))
 
 
 def _halves(landmarks: Landmarks) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -150,13 +152,6 @@ def _halves(landmarks: Landmarks) -> tuple[NDArray[np.float64], NDArray[np.float
     right, left = landmarks.eyes[:, :2]
     across = (left - right) / np.linalg.norm(left - right)
     return (left + right) / 2, across if across[0] >= 0 else -across
-
-
-def _grown(points: NDArray[np.float64], unit: float) -> NDArray[np.float64]:
-    """Return the convex hull of points, moved out from its middle."""
-    hull = points[ConvexHull(points).vertices]
-    away = hull - hull.mean(axis=0)
-    return np.asarray(hull + _PART_MARGIN * unit * away / np.linalg.norm(away, axis=1, keepdims=True))
 
 
 def drawn(polygons: list[NDArray[np.float64]], shape: tuple[int, ...]) -> NDArray[np.bool_]:

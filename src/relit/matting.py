@@ -11,15 +11,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt, gaussian_filter, grey_dilation, white_tophat
+from scipy.ndimage import distance_transform_edt, gaussian_filter, grey_closing, grey_dilation, white_tophat
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import ConvexHull
 
 from relit.color import luma
 from relit.compose import drawn, face_outline
-from relit.guided import guided_filter
+from relit.grid import paired
+from relit.guided import Enlarger, guided_filter
 from relit.pixels import to_unit
 from relit.scale import feature_hulls
 from relit.skin import skin_of
+from relit.views import reduced
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,10 +33,15 @@ if TYPE_CHECKING:
 #: How far beyond the face's outline skin is relit, in interocular distances.
 REACH = 0.9
 
+_CELLS = 24  # that the interocular distance has, where the way from the face is looked for
+_BARRIER, _TEXTURE = 0.5, 1.0  # how far away an edge makes things, per standard deviation of the skin above
 _EDGE = 0.06  # interocular distances over which masks turn soft, and guided ones look for an edge
 _GUIDE = 0.03  # contrast of an edge, of 1
 _FEATURES = ("brows", "eyes", "mouth")
-_NONE, _ALL = 0.25, 0.85  # likeness to skin that counts as none, and as all
+_NONE, _ALL = 0.3, 0.9  # likeness to skin that counts as none, and as all
+_HOLE = 0.12  # interocular distances: holes in the skin smaller than this are none
+_LAST = 0.1  # of the reach, over which the last of a change goes
+_FAINT = 0.04  # share of a change that nobody sees
 _GLINT = 0.12  # brightness, of 1, by which a catchlight exceeds what is round it
 _WHITE = 0.85  # share of a change that eyes and teeth take, less what colours them
 
@@ -57,15 +66,37 @@ def matte(image: NDArray[Any], landmarks: Landmarks) -> NDArray[np.float32]:
     inside = drawn([face_outline(landmarks)], image.shape)
     if inside.all() or not inside.any():
         return np.ones(image.shape[:2], np.float32)
-    away = np.asarray(distance_transform_edt(~inside), np.float32) / np.float32(REACH * unit)
-    near = np.clip(1 - away, 0, 1) ** 2
-    likeness = skin_of(image, _skin_area(landmarks, inside)).likeness(image)
-    share = np.maximum(likeness, _sure(landmarks, image.shape, unit))
-    guide = to_unit(image) if image.ndim == 2 else luma(to_unit(image))
-    radius = max(round(_EDGE * unit), 1)
-    soft = guided_filter(share, guide, radius, _GUIDE)
+    skin = skin_of(image, _skin_area(landmarks, inside))
+    near = np.clip(1 - _away(skin.whitened(image), inside, unit), 0, 1) ** 2
     # A little of a likeness is none: it would show as a glow on a plain background.
-    return np.asarray(near * np.clip((soft - _NONE) / (_ALL - _NONE), 0, 1), np.float32)
+    like = np.clip((skin.likeness(image) - _NONE) / (_ALL - _NONE), 0, 1)
+    # A highlight on skin, a mole, a strand of hair: the light falls on them too.
+    like = grey_closing(like, size=2 * max(round(_HOLE * unit / 2), 1) + 1)
+    share = near * np.maximum(like, _sure(landmarks, image.shape, unit))
+    guide = to_unit(image) if image.ndim == 2 else luma(to_unit(image))
+    soft = guided_filter(share, guide, max(round(_EDGE * unit), 1), _GUIDE)
+    soft = np.clip((soft - _FAINT) / (1 - 2 * _FAINT), 0, 1)
+    beyond = distance_transform_edt(~inside) / (REACH * unit)
+    return np.asarray(soft * np.clip((1 - beyond) / _LAST, 0, 1), np.float32)
+
+
+def _away(colors: NDArray[np.float64], inside: NDArray[np.bool_], unit: float) -> NDArray[np.float32]:
+    """Return how far from the face it is, 1 being out of reach, on the way that crosses least of an edge."""
+    cell = max(round(unit / _CELLS), 1)
+    small = reduced(colors.astype(np.float32), cell)
+    start = np.flatnonzero(reduced(inside.astype(np.float32), cell) > 0.5)
+    number = np.arange(small.shape[0] * small.shape[1]).reshape(small.shape[:2])
+    pairs, costs = [], []
+    for step in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        here, there = paired(small.shape[:2], step)
+        edge = np.linalg.norm(small[here] - small[there], axis=-1)
+        cost = cell * np.hypot(*step) / (REACH * unit) + _BARRIER * np.maximum(edge - _TEXTURE, 0)
+        pairs.append(np.stack([number[here].ravel(), number[there].ravel()]))
+        costs.append(cost.ravel())
+    graph = coo_array((np.concatenate(costs), np.hstack(pairs)), (number.size, number.size)).tocsr()
+    away = dijkstra(graph, directed=False, indices=start, min_only=True, limit=1.0)
+    away = np.minimum(away, 1).reshape(number.shape).astype(np.float32)
+    return gaussian_filter(Enlarger(away, cell, inside.shape).rows(0, inside.shape[0]), _EDGE * unit)
 
 
 def known(
@@ -160,7 +191,7 @@ def _sure(landmarks: Landmarks, shape: tuple[int, ...], unit: float) -> NDArray[
     below = outline[outline @ up <= (brows @ up).max()]
     points = np.vstack([below, brows])
     mask = drawn([points[ConvexHull(points).vertices]], shape).astype(np.float32)
-    return np.asarray(gaussian_filter(mask, _EDGE * unit / 2))
+    return np.asarray(gaussian_filter(mask, _EDGE * unit))
 
 
 def _up(landmarks: Landmarks) -> NDArray[np.float64]:

@@ -21,12 +21,14 @@ if TYPE_CHECKING:
     from relit.face_shape import FaceShape
     from relit.studio_lights import StudioLight
 
+_COARSE = 0.04  # interocular distances that normals are smoothed over
 _STEPS = 48  # along a ray
 _FARTHEST = 1.6  # interocular distances that a shadow falls over
 _ROUGH = 0.02  # interocular distances that a surface must be in front to cast a shadow
-_SOFT = 7.0  # degrees from the middle of the lamp to its rim: a softbox
-_RIM = 8  # rays towards it
+_SOFT = 10.0  # degrees from the middle of the lamp to its rim: a softbox
+_RIM = 6  # rays towards it
 _MARCHED = 40.0  # px between the eyes where rays are marched: shadows are soft
+_PENUMBRA = 0.05  # interocular distances that the steps between the rays' shadows are blurred over
 
 
 def render(shape: FaceShape, light: StudioLight, unit: float) -> NDArray[np.float32]:
@@ -44,7 +46,11 @@ def render(shape: FaceShape, light: StudioLight, unit: float) -> NDArray[np.floa
     (H, W) float32 array
         In [0, 1]; beyond the face, as at its rim.
     """
-    straight = np.maximum(shape.normals @ _direction(light).astype(np.float32), 0)
+    # A mesh is coarser than a face: what it makes sharp is its own.
+    sigma = _COARSE * unit
+    normals = np.stack([gaussian_filter(n, sigma, mode="nearest") for n in np.moveaxis(shape.normals, -1, 0)])
+    normals /= np.linalg.norm(normals, axis=0)
+    straight = np.maximum(np.tensordot(_direction(light).astype(np.float32), normals, 1), 0)
     lit = (1 - light.ambient) * straight * _visible(shape, light, unit) + light.ambient
     return np.asarray(np.clip(lit, 0, 1) ** (1 / GAMMA), np.float32)
 
@@ -52,22 +58,23 @@ def render(shape: FaceShape, light: StudioLight, unit: float) -> NDArray[np.floa
 def _visible(shape: FaceShape, light: StudioLight, unit: float) -> NDArray[np.float32]:
     """Return the share of the lamp that each pixel of the face sees past the rest of the face."""
     factor = max(int(unit / _MARCHED), 1)
-    # Smoothed, for facets would stripe the penumbra.
-    depth = reduced(shape.depth, factor).astype(np.float64) / factor
     unit = unit / factor
+    depth = reduced(shape.depth, factor).astype(np.float64) / factor
     inside = reduced(shape.inside.astype(np.float32), factor) > 0.5
-    y, x = np.indices(depth.shape).astype(np.float64)
-    seen = np.zeros(depth.shape)
+    blockers = np.where(inside, depth, np.inf)  # what is beyond the face is not known to block anything
+    y, x = (axis[inside] for axis in np.indices(depth.shape).astype(np.float64))
+    z = depth[inside] - _ROUGH * unit
+    share = np.zeros(len(z))
     rays = _rays(_direction(light))
     for ray in rays:
-        free = np.ones(depth.shape, bool)
+        free = np.ones(len(z), bool)
         for step in np.linspace(0.03, _FARTHEST, _STEPS) * unit:
             there = [y + step * ray[1], x + step * ray[0]]
-            surface = map_coordinates(depth, there, order=1, mode="nearest")
-            on_face = map_coordinates(inside.astype(np.float32), there, order=0, mode="constant") > 0
-            free &= ~(on_face & (surface < depth + step * ray[2] - _ROUGH * unit))
-        seen += free
-    soft = gaussian_filter(seen / len(rays), 0.04 * unit).astype(np.float32)
+            free &= map_coordinates(blockers, there, order=0, cval=np.inf) >= z + step * ray[2]
+        share += free / len(rays)
+    seen = np.ones(depth.shape)
+    seen[inside] = share
+    soft = gaussian_filter(seen, _PENUMBRA * unit).astype(np.float32)
     return Enlarger(soft, factor, shape.inside.shape).rows(0, shape.inside.shape[0])
 
 

@@ -28,7 +28,7 @@ class StudioLight(NamedTuple):
 STUDIO_LIGHTS = {
     "rembrandt": StudioLight(-50, 38, 0.12),
     "butterfly": StudioLight(0, 48, 0.2),
-    "split": StudioLight(-80, 5, 0.1),
+    "split": StudioLight(-75, 5, 0.12),
     "loop": StudioLight(-32, 28, 0.2),
     "rim": StudioLight(-125, 25, 0.25),
     "flat": StudioLight(0, 0, 0.6),

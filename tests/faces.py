@@ -1,0 +1,14 @@
+"""Where the faces of test photos end."""
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+from scipy.spatial import Delaunay
+
+
+def off_the_face(landmarks, shape):
+    """Return where a photo is farther from its face than 0.9 interocular distances and two pixels."""
+    y, x = np.mgrid[: shape[0], : shape[1]]
+    outside = Delaunay(landmarks.xy).find_simplex(np.dstack([x, y])) < 0
+    off = distance_transform_edt(outside) > 0.9 * landmarks.interocular_distance + 2
+    assert 0.05 < off.mean() < 0.9
+    return off
