@@ -5,10 +5,10 @@ from scipy.ndimage import distance_transform_edt
 from scipy.spatial import Delaunay
 
 
-def off_the_face(landmarks, shape):
+def off_the_face(landmarks, shape, outline=None):
     """Return where a photo is farther from its face than 0.9 interocular distances and two pixels."""
     y, x = np.mgrid[: shape[0], : shape[1]]
-    outside = Delaunay(landmarks.xy).find_simplex(np.dstack([x, y])) < 0
+    outside = Delaunay(landmarks.xy if outline is None else outline).find_simplex(np.dstack([x, y])) < 0
     off = distance_transform_edt(outside) > 0.9 * landmarks.interocular_distance + 2
     assert 0.05 < off.mean() < 0.9
     return off

@@ -208,9 +208,9 @@ def delta_e(one, other, profile, other_profile=None):
 def people(tmp_path_factory):
     """The sample photos, cropped, as floats in sRGB, with their landmarks in files."""
     folder = tmp_path_factory.mktemp("people")
-    for role, box in (("target", (150, 40, 300, 210)), ("reference", (230, 130, 630, 650))):
+    for role, box in (("target", (75, 0, 375, 340)), ("reference", (230, 130, 630, 650))):
         with Image.open(sample_photo(role)) as opened:
-            small = opened.convert("RGB").crop(box).resize((120, 136))
+            small = opened.convert("RGB").crop(box).resize((240, 272))
         Image.fromarray(np.asarray(small)).save(folder / f"{role}.png")
         write_landmarks(folder / f"{role}.csv", detect_landmarks(np.asarray(small)))
     return folder
@@ -219,7 +219,7 @@ def people(tmp_path_factory):
 @pytest.fixture(scope="module")
 def off_the_face(people):
     """Where nothing is relit."""
-    return faces.off_the_face(read_landmarks(people / "target.csv"), (136, 120))
+    return faces.off_the_face(read_landmarks(people / "target.csv"), (272, 240))
 
 
 def relight(people, target, output):

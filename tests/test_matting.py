@@ -50,7 +50,7 @@ def test_skin_round_the_face_is_relit_hair_and_wall_are_not(drawn):
 def test_nothing_is_relit_out_of_reach(drawn):
     image, face = drawn
     mask = matte(np.full_like(image, 128), face)
-    assert not mask[off_the_face(face, mask.shape)].any()
+    assert not mask[off_the_face(face, mask.shape, face_outline(face))].any()
     assert REACH == 0.9
     assert ((mask > 0.1) & (mask < 0.9)).any()
 
