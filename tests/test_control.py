@@ -20,21 +20,35 @@ def under(change=CHANGE, base=BASE, weights=LUMA, **options):
     return controlled(change, base, FACE, weights, TransferOptions(**options))
 
 
-@pytest.mark.parametrize("method", ["shading", "ltv"])
-def test_by_default_a_change_stays_as_the_method_made_it(method):
-    np.testing.assert_allclose(under(method=method), CHANGE, atol=1e-6)
+def test_by_default_a_change_stays_as_the_method_made_it():
+    np.testing.assert_allclose(under(method="ltv"), CHANGE, atol=1e-6)
+    grey = CHANGE[..., :1]
+    np.testing.assert_allclose(under(grey, BASE[..., :1], np.ones(1, np.float32)), grey, atol=1e-6)
+
+
+def test_shading_keeps_the_hue_of_skin_in_light_and_shade():
+    """A skin whose blue falls off more steeply, and a light that is red to the left for its own part."""
+    y, x = np.mgrid[-1:1:40j, -1:1:50j]
+    face = np.ones(x.shape, bool)
+    steep, red = y[..., None] * [0.9, 1.0, 1.3], x[..., None] * [0.2, -0.1, 0]
+    change, base = (steep + red).astype(np.float32), np.full((40, 50, 3), 0.5, np.float32)
+    kept = controlled(change, base, face, LUMA, TransferOptions())
+    np.testing.assert_allclose(kept - red, (steep @ LUMA)[..., None] * [1, 1, 1], atol=0.02)
+    np.testing.assert_allclose(
+        controlled(change, base, face, LUMA, TransferOptions(tint="take")), change, atol=1e-5
+    )
 
 
 @given(st.floats(0, 4))
 def test_strength_scales_the_change(strength):
-    np.testing.assert_allclose(under(strength=strength), strength * CHANGE, rtol=1e-4, atol=1e-5)
+    np.testing.assert_allclose(under(strength=strength, tint="take"), strength * CHANGE, rtol=1e-4, atol=1e-5)
 
 
 def test_shadows_and_highlights_scale_their_own_side():
     light = CHANGE @ LUMA
     middle = light[FACE].mean()
     for name, side in (("shadows", light < middle), ("highlights", light > middle)):
-        changed = under(**{name: 0.25})
+        changed = under(tint="take", **{name: 0.25})
         np.testing.assert_allclose(changed[~side], CHANGE[~side], atol=1e-6)
         off = changed[side] @ LUMA - middle
         np.testing.assert_allclose(off, 0.25 * (light[side] - middle), atol=1e-5)
@@ -56,8 +70,8 @@ def test_exposure_is_kept_taken_or_so_many_stops_more(method):
 
 
 def test_shading_has_seen_to_its_exposure_and_gets_stops_alone():
-    np.testing.assert_allclose(under(exposure="keep"), CHANGE, atol=1e-6)
-    np.testing.assert_allclose((np.exp(under(exposure=1) - CHANGE)) ** 2.2, 2, rtol=1e-4)
+    np.testing.assert_allclose(under(exposure="keep", tint="take"), CHANGE, atol=1e-6)
+    np.testing.assert_allclose((np.exp(under(exposure=1, tint="take") - CHANGE)) ** 2.2, 2, rtol=1e-4)
 
 
 def test_a_neutral_tint_changes_brightness_alone():

@@ -242,7 +242,7 @@ def test_a_relit_photo_keeps_all_but_its_light(name, dtype, people, off_the_face
         pixels / 255, imagecodecs.cms_profile("srgb"), profile, colorspace="rgb", outcolorspace="rgb"
     ).clip(0, 1)
     converted = (converted * full).astype(dtype) if full == 1 else np.rint(converted * full).astype(dtype)
-    alpha = sample(dtype, 136, 120, 1)
+    alpha = sample(dtype, 272, 240, 1)
     metadata = Metadata(full_exif(), XMP, (300.0, 300.0))
     source, output = tmp_path / "target.tif", tmp_path / "relit.tif"
     write_image(source, Photo(converted, alpha, profile, metadata))

@@ -59,7 +59,7 @@ def controlled(
     >>> float(controlled(change, base, np.ones((2, 2), bool), np.ones(1, np.float32), options)[0, 0, 0])
     0.25
     """
-    if len(weights) == 3 and options.color_space == "rgb":
+    if base.shape[2] == 3 and options.color_space == "rgb":  # a grey target has no hue to keep
         change = _tinted(change, face, weights, options)
     bright = (weights > 0).astype(np.float32)
     change = change + np.float32(_exposure(change, base, face, weights, options)) * bright
@@ -73,13 +73,26 @@ def controlled(
 def _tinted(
     change: Planes, face: NDArray[np.bool_], weights: NDArray[np.float32], options: TransferOptions
 ) -> Planes:
+    """Return a change of RGB with as much of its colour as is wanted.
+
+    The overall colour of a light goes with the hue of a skin, and so does colour that comes and goes with the
+    light's brightness: a dark skin's blue falls off more steeply than a fair one's. What varies over the face
+    in its own way is the light's.
+    """
+    brightness = (change @ weights)[..., None]
     if options.tint == "neutral":
-        return np.repeat((change @ weights)[..., None], 3, axis=2)
+        return np.repeat(brightness, 3, axis=2)
     share = options.tint_share
-    if options.method == "shading" or share is None:
-        return change
-    overall = change[face].mean(axis=0)
-    return np.asarray(change - np.float32(1 - share) * (overall - overall @ weights), np.float32)
+    if share is None:
+        if options.method != "shading":
+            return change
+        share = 0.0
+    color, off = change - brightness, brightness - brightness[face].mean()
+    steepness = (color[face] * off[face]).mean(axis=0) / max(float((off[face] ** 2).mean()), 1e-9)
+    unwanted = steepness * off
+    if options.method != "shading":  # which has seen to the overall colour
+        unwanted = unwanted + color[face].mean(axis=0)
+    return np.asarray(change - np.float32(1 - share) * unwanted, np.float32)
 
 
 def _exposure(
