@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from relit.landmarks import Landmarks
+from tests.command import fail, place, plain, run, studio, succeed  # noqa: F401 (fixtures)
 
 # Machines are shared and noisy, so no deadline; and a change lands or not by what it does, not by a draw.
 hypothesis.settings.register_profile("relit", deadline=None, derandomize="CI" in os.environ)

@@ -1,0 +1,62 @@
+"""Photos larger than a face needs: what is worked out on a reduced one holds for every pixel."""
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from relit.detect import detect_landmarks
+from relit.relighting import transfer
+
+
+@pytest.fixture(scope="module")
+def portrait(portraits):
+    """Return a portrait of 4 MP, with the grain of a camera, and its face."""
+    seen = {}
+
+    def load(name):
+        if name not in seen:
+            with Image.open(portraits / f"{name}_03.jpg") as opened:
+                large = opened.convert("RGB").resize((2000, 2000), Image.Resampling.LANCZOS)
+            grain = np.random.default_rng(int(name)).normal(0, 1.5, (2000, 2000, 3))
+            pixels = np.rint(np.asarray(large) + grain).clip(0, 255).astype(np.uint8)
+            seen[name] = pixels, detect_landmarks(pixels)
+        return seen[name]
+
+    return load
+
+
+def both_ways(target, reference, **options):
+    """Relight at the size that the face needs, and at the photo's own."""
+    photo, face = target
+    given = {"target_landmarks": face, **options}
+    if reference is not None:
+        given |= {"reference": reference[0], "reference_landmarks": reference[1]}
+    quick, exact = (transfer(photo, **given, full_resolution=full) for full in (False, True))
+    assert quick.view.factor > exact.view.factor == 1
+    return photo, quick, exact
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("target", "reference"), [("005", "136"), ("017", "096"), ("096", "030")])
+def test_within_half_a_grey_level_of_the_full_solution(target, reference, portrait):
+    photo, quick, exact = both_ways(portrait(target), portrait(reference))
+    error = quick.image.astype(float) - exact.image
+    relit = (quick.image != photo) | (exact.image != photo)
+    assert 0.1 < relit.mean() < 0.9
+    assert np.sqrt((error[relit] ** 2).mean()) < 0.5
+
+
+@pytest.mark.slow
+def test_no_halo_at_silhouettes(portrait):
+    """Beside the largest steps of a photo the error is no larger than elsewhere in the face."""
+    photo, quick, exact = both_ways(portrait("005"), portrait("136"))
+    window = quick.window
+    error = np.abs(quick.image[window].astype(float) - exact.image[window]).mean(axis=2)
+    grey = photo[window].mean(axis=2)
+    step = np.abs(np.diff(grey, axis=1, prepend=grey[:, :1])) > 25
+    beside = np.zeros_like(step)
+    for shift in range(-8, 9):
+        beside |= np.roll(step, shift, axis=1)
+    changed = np.abs(photo[window].astype(float) - exact.image[window]).mean(axis=2) > 2
+    assert (beside & changed).mean() > 0.003
+    assert error[beside & changed].mean() < 2 * error[~beside & changed].mean() + 0.25
