@@ -31,6 +31,9 @@ _EXIF, _GPS, _INTEROPERABILITY = 0x8769, 0x8825, 0xA005
 #: tells how the pixels lie in the file.
 _SHARED = {270, 271, 272, 305, 306, 315, 316, 0x4746, 33432, *range(0x9C9B, 0x9CA0), _EXIF, _GPS}
 _STRIP_BYTES = 1 << 18
+#: None, the fax codes, LZW, JPEG, deflate, PackBits, deflate by its old number, LZMA, and Zstandard: what is in
+#: use for photos, and cannot unpack to more than the strip or tile takes.
+_COMPRESSIONS = {1, 2, 3, 4, 5, 7, 8, 32773, 32946, 34925, 50000}
 
 
 def decode_tiff(stream: BinaryIO, check_size: CheckSize) -> Raster:
@@ -44,7 +47,8 @@ def decode_tiff(stream: BinaryIO, check_size: CheckSize) -> Raster:
             raise ImageError("starts with a preview, as camera raw files do; develop it to a TIFF first")
         if any(not other.is_reduced for other in pages[1:]):
             raise ImageError("holds several pages; save one as a photo of its own")
-        check_size(page.imagewidth, page.imagelength)
+        check_size(page.imagewidth, page.imagelength, page.samplesperpixel * max(1, page.bitspersample // 8))
+        _check_segments(page, check_size)
         samples = _samples(page)
         exif = _read_exif(stream, page.tags.valueof(ORIENTATION, default=1))
         metadata = Metadata(exif, _bytes(page, _XMP), _resolution(page))
@@ -89,6 +93,15 @@ def encode_tiff(raster: Raster) -> bytes:
     if raster.profile:
         directory[_PROFILE] = raster.profile
     return _HEADER + directory.tobytes(len(_HEADER)) + b"".join(strips)
+
+
+def _check_segments(page: Any, check_size: CheckSize) -> None:
+    """Refuse what takes more to decode than the picture does."""
+    if page.compression not in _COMPRESSIONS:
+        name = getattr(page.compression, "name", page.compression)
+        raise ImageError(f"is compressed with {name}; save it with deflate, LZW or none")
+    if page.is_tiled:
+        check_size(page.tilewidth, page.tilelength, page.samplesperpixel * max(1, page.bitspersample // 8))
 
 
 def _samples(page: Any) -> NDArray[Any]:
