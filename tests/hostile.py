@@ -13,7 +13,7 @@ import time
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from relit.image import Photo, read_image, write_image
 from relit.landmark_files import read_landmarks
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
     from multiprocessing.connection import Connection
 
     from hostile_corpus import Case
@@ -36,7 +36,7 @@ PHOTOS = {".jpg", ".png", ".tif", ".webp", ".ppm", ".bmp"}
 SECONDS = 10
 MEGABYTES = 2000
 _LOSSLESS = {"PNG", "TIFF", "PPM", "PGM", "BMP"}
-#: Far above what a case may take, so that one that takes too much is seen to, and does not starve the machine.
+#: Far above what a case may take, so that one that takes too much is seen, and does not starve the machine.
 _ADDRESS_SPACE = 5 << 30
 
 
@@ -62,14 +62,19 @@ def check(path: Path) -> str:
                 return "read"
             photo = read_image(path)
         except RelitError as error:
-            assert str(error).startswith(f"{path}: "), f"does not name the file: {error}"
-            message = str(error).removeprefix(f"{path}: ")
-            assert message.isprintable(), f"is not one line: {message!r}"
-            assert len(message) < 500, f"goes on and on: {message[:500]}"
+            assert_one_line(str(error), path)
             return "refused"
         assert_valid(photo)
         assert_writable(photo)
         return "read"
+
+
+def assert_one_line(message: str, path: Path) -> None:
+    """Hold a message to naming the file and being short."""
+    assert message.startswith(f"{path}: "), f"does not name the file: {message}"
+    message = message.removeprefix(f"{path}: ")
+    assert message.isprintable(), f"is not one line: {message!r}"
+    assert len(message) < 500, f"goes on and on: {message[:500]}"
 
 
 def assert_valid(photo: Photo) -> None:
@@ -97,8 +102,14 @@ def assert_writable(photo: Photo) -> None:
         np.testing.assert_array_equal(again.pixels, photo.pixels)
 
 
-def run(cases: Iterable[Case], *, workers: int = 2) -> list[Verdict]:
-    """Check every case in one of several processes, which are replaced when they die or run away."""
+def run(
+    cases: Iterable[Case],
+    examine: Callable[[Path], str] = check,
+    *,
+    seconds: float = SECONDS,
+    workers: int = 2,
+) -> list[Verdict]:
+    """Examine every case in one of several processes, which are replaced when they die or run away."""
     source = iter(cases)
     lock = threading.Lock()
 
@@ -108,15 +119,19 @@ def run(cases: Iterable[Case], *, workers: int = 2) -> list[Verdict]:
 
     with ThreadPoolExecutor(workers) as pool:
         return [
-            verdict for part in pool.map(lambda _: list(_supervise(take)), range(workers)) for verdict in part
+            verdict
+            for part in pool.map(lambda _: list(_supervise(take, examine, seconds)), range(workers))
+            for verdict in part
         ]
 
 
-def _supervise(take: Any) -> Iterator[Verdict]:
+def _supervise(
+    take: Callable[[], Case | None], examine: Callable[[Path], str], seconds: float
+) -> Iterator[Verdict]:
     with contextlib.ExitStack() as stack:
         worker: _Worker | None = None
         while (case := take()) is not None:
-            worker = worker or stack.enter_context(contextlib.closing(_Worker()))
+            worker = worker or stack.enter_context(contextlib.closing(_Worker(examine, seconds)))
             verdict = worker.check(case)
             # All cases together are gigabytes; kept is what has to be looked at.
             yield verdict if verdict.fault else verdict._replace(case=case._replace(data=b""))
@@ -126,10 +141,11 @@ def _supervise(take: Any) -> Iterator[Verdict]:
 
 
 class _Worker:
-    def __init__(self) -> None:
+    def __init__(self, examine: Callable[[Path], str], seconds: float) -> None:
+        self._patience = 3 * seconds  # on a busy machine, the worker's own seconds take longer
         spawn = multiprocessing.get_context("spawn")
         self._pipe, theirs = spawn.Pipe()
-        self._process = spawn.Process(target=_work, args=(theirs,), daemon=True)
+        self._process = spawn.Process(target=_work, args=(theirs, examine, seconds), daemon=True)
         self._process.start()
         theirs.close()
         self._pipe.recv()  # once it has imported what it needs
@@ -138,10 +154,10 @@ class _Worker:
         start = time.perf_counter()
         try:
             self._pipe.send((case.extension, case.data))
-            if self._pipe.poll(3 * SECONDS):
+            if self._pipe.poll(self._patience):
                 fault, outcome, seconds, megabytes = self._pipe.recv()
                 return Verdict(case, fault, outcome, seconds, megabytes)
-            fault = f"runs for more than {3 * SECONDS} s"
+            fault = f"runs for more than {self._patience} s"
         except (EOFError, OSError):
             self._process.join(SECONDS)
             fault = f"kills the process (exit code {self._process.exitcode})"
@@ -153,7 +169,7 @@ class _Worker:
         self._pipe.close()
 
 
-def _work(pipe: Connection) -> None:
+def _work(pipe: Connection, examine: Callable[[Path], str], limit: float) -> None:
     """Answer the parent, case by case: what it broke, what became of it, seconds, peak memory so far."""
     _limit_memory()
     with tempfile.TemporaryDirectory() as folder:
@@ -170,7 +186,7 @@ def _work(pipe: Connection) -> None:
             start, spent = time.perf_counter(), time.process_time()
             outcome = fault = ""
             try:
-                outcome = check(path)
+                outcome = examine(path)
             except BaseException as error:
                 fault = f"{type(error).__name__}: {str(error)[:2000]}"
             # Of a busy machine's seconds, only ours count.
@@ -178,13 +194,14 @@ def _work(pipe: Connection) -> None:
             peak = _peak_megabytes()
             sys.stdout.flush()
             sys.stderr.flush()
-            if not fault and seconds > SECONDS:
-                fault = f"takes {seconds:.1f} s"
-            if not fault and peak > MEGABYTES:
-                fault = f"takes {peak:.0f} MB"
-            if not fault and os.fstat(noise).st_size:
-                fault = f"prints {os.pread(noise, 300, 0)!r}"
-            pipe.send((fault, outcome, seconds, peak))
+            faults = [fault] if fault else []
+            if seconds > limit:
+                faults.append(f"takes {seconds:.1f} s")
+            if peak > MEGABYTES:
+                faults.append(f"takes {peak:.0f} MB")
+            if os.fstat(noise).st_size:
+                faults.append(f"prints {os.pread(noise, 300, 0)!r}")
+            pipe.send(("; ".join(faults), outcome, seconds, peak))
 
 
 def _limit_memory() -> None:

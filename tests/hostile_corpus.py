@@ -149,6 +149,7 @@ def landmark_files() -> dict[str, bytes]:
     values = ", ".join(str(row[axis]) for axis in (0, 1) for row in rows)
     parts = "".join(f"<part name='{i:02}' x='{x}' y='{y}'/>" for i, (x, y) in enumerate(rows))
     box = f"<box top='1' left='2' width='3' height='4'>{parts}</box>"
+    labelled = ", ".join(f'{{"point": [{y}, {x}]}}' for x, y in rows)
     lines = "".join(f"{x} {y}\n" for x, y in rows)
     texts = {
         "plain.pts": f"version: 1\nn_points: 6\n{{\n{lines}}}\n",
@@ -156,12 +157,11 @@ def landmark_files() -> dict[str, bytes]:
         "table.csv": "x,y\n" + "".join(f"{x},{y}\n" for x, y in rows),
         "bare.csv": "".join(f"{x},{y},1\n" for x, y in rows),
         "openface.csv": f"frame, confidence, success, {', '.join(numbered)}\n1, 0.9, 1, {values}\n",
-        "version_1.json": '{"version": 1, "groups": [{"label": "all", "landmarks": [%s]}]}'
-        % ", ".join(f'{{"point": [{y}, {x}]}}' for x, y in rows),
+        "version_1.json": f'{{"version": 1, "groups": [{{"label": "all", "landmarks": [{labelled}]}}]}}',
         "version_2.json": '{"version": 2, "labels": [{"label": "chin", "mask": [0, 1]}],'
         f'"landmarks": {{"points": [{marks}]}}}}',
-        "version_3.ljson": '{"version": 3, "groups": {"ibug68": {"landmarks": {"points": [%s]},'
-        '"depth": %s, "confidence": 0.5}}}' % (marks, [0.5] * 68),
+        "version_3.ljson": f'{{"version": 3, "groups": {{"ibug68": {{"landmarks": {{"points": [{marks}]}},'
+        f'"depth": {[0.5] * 68}, "confidence": 0.5}}}}}}',
         "dlib.xml": "<?xml version='1.0' encoding='UTF-8'?>\n<dataset><images>"
         f"<image file='a.jpg'>{box}</image></images></dataset>",
     }

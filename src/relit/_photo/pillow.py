@@ -31,8 +31,8 @@ _PILLOW = threading.Lock()
 _ROWS = 256
 #: A marker of a JPEG: not a byte of its pixels, a restart between them, or one of several to fill up.
 _MARKER = re.compile(rb"\xff([^\x00\xff\xd0-\xd7])")
-# Damage may ask for work without end: 200 million px in 20 scans take 5 s; 10 million in run lengths, one byte
-# at a time in Python, take 1 s.
+# Damage may ask for work without end: 200 million px in 20 scans take 5 s; 10 million in run lengths, one
+# byte at a time in Python, take 1 s.
 _MOST_IN_SCANS = 4_000_000_000
 _RUNS, _MOST_IN_RUNS = (1, 2), 10_000_000
 

@@ -7,7 +7,7 @@ but not 16 bits of RGB.
 from __future__ import annotations
 
 from contextlib import suppress
-from itertools import accumulate
+from itertools import accumulate, islice
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
@@ -31,8 +31,9 @@ _EXIF, _GPS, _INTEROPERABILITY = 0x8769, 0x8825, 0xA005
 #: tells how the pixels lie in the file.
 _SHARED = {270, 271, 272, 305, 306, 315, 316, 0x4746, 33432, *range(0x9C9B, 0x9CA0), _EXIF, _GPS}
 _STRIP_BYTES = 1 << 18
-#: None, the fax codes, LZW, JPEG, deflate, PackBits, deflate by its old number, LZMA, and Zstandard: what is in
-#: use for photos, and cannot unpack to more than the strip or tile takes.
+_MOST_PAGES = 64  # the photo and what is reduced from it
+#: None, the fax codes, LZW, JPEG, deflate, PackBits, deflate by its old number, LZMA, and Zstandard: what is
+#: in use for photos, and cannot unpack to more than the strip or tile takes.
 _COMPRESSIONS = {1, 2, 3, 4, 5, 7, 8, 32773, 32946, 34925, 50000}
 
 
@@ -45,7 +46,8 @@ def decode_tiff(stream: BinaryIO, check_size: CheckSize) -> Raster:
         page = pages.first
         if page.is_reduced:
             raise ImageError("starts with a preview, as camera raw files do; develop it to a TIFF first")
-        if any(not other.is_reduced for other in pages[1:]):
+        others = list(islice(pages, 1, _MOST_PAGES + 1))  # one at a time: they may go in a circle
+        if len(others) == _MOST_PAGES or any(not other.is_reduced for other in others):
             raise ImageError("holds several pages; save one as a photo of its own")
         check_size(page.imagewidth, page.imagelength, page.samplesperpixel * max(1, page.bitspersample // 8))
         _check_segments(page, check_size)
