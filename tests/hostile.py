@@ -142,7 +142,7 @@ def _supervise(
 
 class _Worker:
     def __init__(self, examine: Callable[[Path], str], seconds: float) -> None:
-        self._patience = 3 * seconds  # on a busy machine, the worker's own seconds take longer
+        self._patience = 5 * seconds  # on a busy machine, the worker's own seconds take longer
         spawn = multiprocessing.get_context("spawn")
         self._pipe, theirs = spawn.Pipe()
         self._process = spawn.Process(target=_work, args=(theirs, examine, seconds), daemon=True)

@@ -208,7 +208,9 @@ def read_image(source: str | Path | BinaryIO, *, max_pixels: int = DEFAULT_MAX_P
                 f"{name}: takes more memory than there is; make the photo smaller first"
             ) from error
         except OSError as error:  # a device, or a disk that fails
-            raise ImageError(f"{name}: cannot be read ({error.strerror}); get the file again") from error
+            raise ImageError(
+                f"{name}: cannot be read ({error.strerror or error}); get the file again"
+            ) from error
 
 
 def write_image(
