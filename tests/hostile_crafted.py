@@ -261,6 +261,12 @@ def _tiffs() -> Iterator[tuple[str, bytes]]:
         ),
     )
     yield "every-tag.tif", tagged(*[(tag, 4, 1, 8) for tag in range(60_000)])
+    whole = page(4, 4, blank)
+    for tag in (256, 258, 259, 262, 277, 278):
+        entry = whole.index(struct.pack("<HH", tag, 3 if tag in (258, 259, 262, 277) else 4))
+        for name, kind, count, value in (("text", 2, 1, 7), ("list", 3, 60, 8), ("fraction", 5, 1, 8)):
+            changed = struct.pack("<HHII", tag, kind, count, value)
+            yield f"{name}-as-tag-{tag}.tif", whole[:entry] + changed + whole[entry + 12 :]
     yield "text-as-orientation.tif", tagged((256, 4, 1, 4), (257, 4, 1, 4), (274, 2, 4, 0x41414141))
     for place in (34665, 34853):
         yield (

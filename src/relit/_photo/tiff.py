@@ -6,6 +6,7 @@ but not 16 bits of RGB.
 
 from __future__ import annotations
 
+import reprlib
 from contextlib import suppress
 from itertools import accumulate, islice
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -100,10 +101,14 @@ def encode_tiff(raster: Raster) -> bytes:
 def _check_segments(page: Any, check_size: CheckSize) -> None:
     """Refuse what takes more to decode than the picture does."""
     if page.compression not in _COMPRESSIONS:
-        name = getattr(page.compression, "name", page.compression)
-        raise ImageError(f"is compressed with {name}; save it with deflate, LZW or none")
+        raise ImageError(f"is compressed with {_called(page.compression)}; save it with deflate, LZW or none")
     if page.is_tiled:
         check_size(page.tilewidth, page.tilelength, page.samplesperpixel * max(1, page.bitspersample // 8))
+
+
+def _called(value: object) -> str:
+    """Return what to call the value of a tag, which in a damaged file may be anything."""
+    return str(getattr(value, "name", None) or reprlib.repr(value))
 
 
 def _samples(page: Any) -> NDArray[Any]:
@@ -118,8 +123,7 @@ def _samples(page: Any) -> NDArray[Any]:
     if page.compression == COMPRESSION.JPEG:
         colours[PHOTOMETRIC.YCBCR] = 3  # decoding it gives RGB
     if page.photometric not in colours:
-        name = getattr(page.photometric, "name", page.photometric)
-        raise ImageError(f"holds {name} colours; convert it to RGB or grey first")
+        raise ImageError(f"holds {_called(page.photometric)} colours; convert it to RGB or grey first")
     extra = page.samplesperpixel - colours[page.photometric]
     if extra not in (0, 1) or page.imagedepth != 1:
         raise ImageError("holds more than grey or RGB and alpha; save these alone")
