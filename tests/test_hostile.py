@@ -210,6 +210,11 @@ class TestSources:
         with pytest.raises(ImageError, match=r"/proc/self/mem: cannot be read \(Input/output error\)"):
             read_image("/proc/self/mem")
 
+    def test_a_photo_whose_parts_are_empty(self):
+        data = next(case.data for case in crafted("tiff") if case.name == "strip-of-no-bytes.tif")
+        with pytest.raises(ImageError, match="lacks a part of its picture"):
+            read_image(io.BytesIO(data))
+
     def test_a_photo_that_takes_more_than_it_should(self):
         wide = np.zeros((10, 10, 3), np.float32)
         file = io.BytesIO()

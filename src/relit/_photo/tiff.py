@@ -99,9 +99,11 @@ def encode_tiff(raster: Raster) -> bytes:
 
 
 def _check_segments(page: Any, check_size: CheckSize) -> None:
-    """Refuse what takes more to decode than the picture does."""
+    """Refuse what takes more to decode than the picture does, and what is not all there."""
     if page.compression not in _COMPRESSIONS:
         raise ImageError(f"is compressed with {_called(page.compression)}; save it with deflate, LZW or none")
+    if 0 in page.databytecounts:  # which tifffile takes for black
+        raise ImageError("lacks a part of its picture; get the file again")
     if page.is_tiled:
         check_size(page.tilewidth, page.tilelength, page.samplesperpixel * max(1, page.bitspersample // 8))
 
