@@ -583,7 +583,7 @@ class TestRefusals:
 
         known = codecs.FORMATS["PNG"]
         monkeypatch.setitem(codecs.FORMATS, "PNG", replace(known, decode=exhausted))
-        with pytest.raises(MemoryError):
+        with pytest.raises(ImageError, match="takes more memory than there is"):
             read(png(sample(np.uint8)))
 
     @pytest.mark.parametrize("file_format", ["PNG", "TIFF", "JPEG", "WEBP", "PPM", "BMP"])
@@ -798,6 +798,6 @@ def test_odd_files_print_nothing(tmp_path):
 
 
 def test_the_heavy_libraries_wait_until_they_are_needed():
-    code = "import sys, relit.image; print(*{'imagecodecs', 'tifffile', 'netpbmfile'} & set(sys.modules))"
+    code = "import sys, relit.image; print(*{'imagecodecs', 'tifffile'} & set(sys.modules))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert found.strip() == ""

@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 # landmarker.io stores iBUG's 68 points with the eyes before the brows. Its labels, in iBUG's order:
 _IBUG_LABELS = ("chin", "leyebrow", "reyebrow", "nose", "leye", "reye", "mouth")
 
+_ENCODING = re.compile(rb"(?:\xef\xbb\xbf)?<\?xml[^>]*?encoding\s*=\s*[\"']([^\"']*)")
+# Python would also take what is no encoding of texts, and warn of it.
+_KNOWN_ENCODING = re.compile(rb"utf-(8|16)|us-ascii|iso-8859-\d+|windows-\d+", re.IGNORECASE)
+
 
 def read_json(data: bytes) -> list[Face]:
     """Read menpo's ljson, version 1, 2 or 3: ``[y, x]`` counted from 0, null where a point is missing."""
@@ -59,6 +63,10 @@ def write_json(landmarks: Landmarks, _image_name: str) -> str:
 
 def read_xml(data: bytes) -> list[Face]:
     """Read a dlib or imglab dataset: one face a box that has parts, in the order of the parts' numbers."""
+    declared = _ENCODING.match(data)
+    if declared and not _KNOWN_ENCODING.fullmatch(declared[1]):
+        name = reprlib.repr(declared[1].decode("latin-1"))
+        raise LandmarkError(f"is not valid XML (unknown encoding {name}); save it as UTF-8")
     try:
         root = ET.fromstring(data, ET.XMLParser(target=_TreeWithoutDoctype()))
     except LandmarkError:
@@ -69,7 +77,7 @@ def read_xml(data: bytes) -> list[Face]:
         raise LandmarkError(f"expected dlib's <dataset>, found {reprlib.repr(root.tag)}; give a dlib dataset")
     faces = []
     for image in root.iter("image"):
-        for index, box in enumerate(image.iter("box")):
+        for index, box in enumerate(image.findall("box")):  # iter() would go down anew from image in image
             if parts := box.findall("part"):
                 where = f"{reprlib.repr(image.get('file'))} box {index}"
                 faces.append(Face(_part_points(parts, where), where))

@@ -40,6 +40,10 @@ __all__ = [
 
 #: More than any camera takes in one shot; as decoded RGB, 600 MB at 8 bits.
 DEFAULT_MAX_PIXELS = 200_000_000
+#: What a pixel may take on average before `max_pixels` counts it as more than one: 16 bits of RGB, from the
+#: largest camera there is, 150 million px, are 900 MB. Decoding takes twice as much, and never above 2 GB.
+_BYTES_A_PIXEL = 4.5
+_SMALLEST_LIMIT = 1 << 26  # bytes of a file, whatever the pixels
 
 _NAMES = {
     key.removeprefix("."): name
@@ -159,7 +163,8 @@ def read_image(source: str | Path | BinaryIO, *, max_pixels: int = DEFAULT_MAX_P
         Where to read; "-" is standard input. An open file is read from where it stands to its end.
     max_pixels : int, optional
         The largest width times height that is decoded, 200 million by default: a file of a few kilobytes
-        can claim any size.
+        can claim any size. Of pixels that take more than 4.5 bytes, such as RGB in floating point, fewer
+        are allowed, so that reading stays below 2 GB.
 
     Returns
     -------
@@ -169,8 +174,9 @@ def read_image(source: str | Path | BinaryIO, *, max_pixels: int = DEFAULT_MAX_P
     Raises
     ------
     ImageError
-        If there is no such file, it cannot be opened or is damaged, or it holds something else than one
-        grey or RGB photo of at most `max_pixels`; or if its format takes an extra that is not installed.
+        If there is no such file, it cannot be opened or is damaged, it does not fit into memory, or it
+        holds something else than one grey or RGB photo of at most `max_pixels`; or if its format takes an
+        extra that is not installed.
 
     Examples
     --------
@@ -182,7 +188,7 @@ def read_image(source: str | Path | BinaryIO, *, max_pixels: int = DEFAULT_MAX_P
     """
     name = name_of(source)
 
-    def check_size(width: int, height: int) -> None:
+    def check_size(width: int, height: int, depth: int = 3) -> None:
         if width * height == 0:
             raise ImageError(f"claims {width}x{height} px, which is no photo; get the file again")
         if width * height > max_pixels:
@@ -190,13 +196,26 @@ def read_image(source: str | Path | BinaryIO, *, max_pixels: int = DEFAULT_MAX_P
                 f"claims {width}x{height} px, more than the {max_pixels} px allowed; raise max_pixels if you "
                 "trust the file"
             )
+        if width * height * depth > max_pixels * _BYTES_A_PIXEL:
+            raise ImageError(
+                f"claims {width}x{height} px of {depth} bytes each, more than "
+                f"{max_pixels * _BYTES_A_PIXEL / 1e6:.0f} MB; raise max_pixels if you trust the file"
+            )
 
-    with open_source(source) as stream:
+    with open_source(source, _SMALLEST_LIMIT + int(_BYTES_A_PIXEL * max_pixels)) as stream:
         try:
             found = identify(stream)
             return _upright(decode(stream, found, check_size), found)
         except ImageError as error:
             raise ImageError(f"{name}: {error}") from error.__cause__
+        except MemoryError as error:
+            raise ImageError(
+                f"{name}: takes more memory than there is; make the photo smaller first"
+            ) from error
+        except OSError as error:  # a device, or a disk that fails
+            raise ImageError(
+                f"{name}: cannot be read ({error.strerror or error}); get the file again"
+            ) from error
 
 
 def write_image(

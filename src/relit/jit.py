@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any, TypeVar
 
 from numba import njit
@@ -17,7 +17,8 @@ def compiled(function: Function) -> Function:
 
     The cache knows by its date whether the function's own file has changed, and no other: a compiled function
     calls compiled functions of its own module alone, or an old one of them would live on in it.
-    Where neither the package's folder nor the user's cache can be written, every process compiles anew.
+    Where neither the package's folder nor the user's cache can be written, or the disk is full,
+    every process compiles anew.
     """
     return _compile(function)
 
@@ -29,12 +30,19 @@ def inlined(function: Function) -> Function:
 
 def _compile(function: Function, **options: Any) -> Function:
     try:
-        result: Function = njit(cache=True, nogil=True, **options)(function)
+        result: Any = njit(cache=True, nogil=True, **options)(function)
     except RuntimeError as error:
         if "cannot cache" not in str(error):
             raise
-        result = njit(nogil=True, **options)(function)
-    return result
+        return njit(nogil=True, **options)(function)  # type: ignore[no-any-return]
+    save = result._cache.save_overload
+
+    def save_if_possible(*compiled: Any) -> None:
+        with suppress(OSError):  # on a full disk, numba would let the call fail
+            save(*compiled)
+
+    result._cache.save_overload = save_if_possible
+    return result  # type: ignore[no-any-return]
 
 
 class _FirstCompilation(event.Listener):

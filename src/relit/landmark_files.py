@@ -34,8 +34,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-# A whole mesh takes 50 kB, so a larger file is something else.
-_MAX_BYTES = 16 * 2**20
+# A whole mesh takes 50 kB, a minute of OpenFace's video some megabytes. Points without end, as many as would
+# fit into more, would take longer than anyone waits.
+_MAX_BYTES = 4 * 2**20
 
 
 class _Format(NamedTuple):

@@ -71,7 +71,8 @@ def matte(image: NDArray[Any], landmarks: Landmarks) -> NDArray[np.float32]:
     # A little of a likeness is none: it would show as a glow on a plain background.
     like = np.clip((skin.likeness(image) - _NONE) / (_ALL - _NONE), 0, 1)
     # A highlight on skin, a mole, a strand of hair: the light falls on them too.
-    like = grey_closing(like, size=2 * max(round(_HOLE * unit / 2), 1) + 1)
+    size = 2 * max(round(_HOLE * unit / 2), 1) + 1
+    like = grey_closing(like, (size, size))
     share = near * np.maximum(like, _sure(landmarks, image.shape, unit))
     guide = to_unit(image) if image.ndim == 2 else luma(to_unit(image))
     soft = guided_filter(share, guide, max(round(_EDGE * unit), 1), _GUIDE)
@@ -94,8 +95,8 @@ def _away(colors: NDArray[np.float64], inside: NDArray[np.bool_], unit: float) -
         pairs.append(np.stack([number[here].ravel(), number[there].ravel()]))
         costs.append(cost.ravel())
     graph = coo_array((np.concatenate(costs), np.hstack(pairs)), (number.size, number.size)).tocsr()
-    away = dijkstra(graph, directed=False, indices=start, min_only=True, limit=1.0)
-    away = np.minimum(away, 1).reshape(number.shape).astype(np.float32)
+    found = dijkstra(graph, directed=False, indices=start, min_only=True, limit=1.0)
+    away = np.asarray(np.minimum(found, 1), np.float32).reshape(number.shape)
     return gaussian_filter(Enlarger(away, cell, inside.shape).rows(0, inside.shape[0]), _EDGE * unit)
 
 

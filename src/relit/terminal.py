@@ -196,7 +196,8 @@ class PictureFolder:
 
     def __init__(self, path: str, names: Sequence[str], force: bool) -> None:
         self.path, self.names, self.force = Path(path), names, force
-        if self.path.is_dir():
+        self._was_there = self.path.is_dir()
+        if self._was_there:
             for name in names:
                 check_free(self.path / name, overwrite=force)
         elif self.path.exists():
@@ -210,13 +211,19 @@ class PictureFolder:
             raise OutputError(f"{output}: is one of the pictures in {self.path} as well; choose another name")
 
     def save(self, pictures: dict[str, NDArray[Any]]) -> list[str]:
-        """Write the pictures and return their paths."""
+        """Write the pictures and return their paths; a folder that got none is not left behind."""
         try:
             self.path.mkdir(exist_ok=True)
         except OSError as error:
             raise OutputError(
                 f"{self.path}: this folder cannot be made ({error.strerror}); choose another"
             ) from error
-        for name, picture in pictures.items():
-            write_image(self.path / name, picture, overwrite=self.force)
+        try:
+            for name, picture in pictures.items():
+                write_image(self.path / name, picture, overwrite=self.force)
+        except BaseException:
+            with contextlib.suppress(OSError):  # it was there before, or holds pictures by now
+                if not self._was_there:
+                    self.path.rmdir()
+            raise
         return [str(self.path / name) for name in pictures]

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from relit._photo.raster import CheckSize, Raster
 
 # They log what they find odd in a file, and Python prints that where no logging has been set up.
-for _library in ("imagecodecs", "netpbmfile", "tifffile"):
+for _library in ("imagecodecs", "tifffile"):
     logging.getLogger(_library).addHandler(logging.NullHandler())
 
 

@@ -30,7 +30,7 @@ def decode_exr(stream: BinaryIO, check_size: CheckSize) -> Raster:
         raise ImageError("holds several parts; save one as a photo of its own")
     header = parts[0].header
     (left, top), (right, bottom) = (corner.tolist() for corner in header["dataWindow"])
-    check_size(right - left + 1, bottom - top + 1)
+    check_size(right - left + 1, bottom - top + 1, 12)
     stream.seek(0)
     channels = library.File(stream).parts[0].channels
     if (names := tuple(sorted(channels))) not in _LAYOUTS:

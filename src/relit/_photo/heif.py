@@ -25,7 +25,7 @@ def decode_heif(stream: BinaryIO, check_size: CheckSize) -> Raster:
     library = extra("pillow_heif", "heic", "HEIC files")
     file = library.open_heif(stream, convert_hdr_to_8bit=False)
     image = file[file.primary_index]
-    check_size(*image.size)
+    check_size(*image.size, 6)
     samples = np.asarray(image)
     samples = samples.reshape(*samples.shape[:2], -1)
     if samples.dtype == np.uint16:  # pillow-heif shifts fewer bits to the left

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import threading
 import warnings
 from contextlib import contextmanager, nullcontext
@@ -19,6 +20,8 @@ from relit.errors import ImageError
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from numpy.typing import NDArray
+
     from relit._photo.raster import CheckSize
 
 _MODES = {"1": "L", "L": "L", "P": "RGB", "RGB": "RGB", "RGBA": "RGBA"}
@@ -28,6 +31,13 @@ _WORST_BYTES = 8
 _LARGEST_SEGMENT = 65533
 _XMP_PREFIX = b"http://ns.adobe.com/xap/1.0/\0"
 _PILLOW = threading.Lock()
+_ROWS = 256
+#: A marker of a JPEG: not a byte of its pixels, a restart between them, or one of several to fill up.
+_MARKER = re.compile(rb"\xff([^\x00\xff\xd0-\xd7])")
+# Damage may ask for work without end: 200 million px in 20 scans take 5 s; 10 million in run lengths, one
+# byte at a time in Python, take 1 s.
+_MOST_IN_SCANS = 4_000_000_000
+_RUNS, _MOST_IN_RUNS = (1, 2), 10_000_000
 
 
 @contextmanager
@@ -71,12 +81,48 @@ def decode_with_pillow(stream: BinaryIO, check_size: CheckSize, *, name: str) ->
             raise ImageError("animated; save one frame as a photo of its own")
         if image.mode not in _MODES:
             raise ImageError(f"holds {image.mode} colours; convert it to RGB or grey first")
-        mode = _MODES[image.mode]
-        samples = np.array(image if image.mode == mode else image.convert(mode))  # or it copies
+        area = image.width * image.height
+        if name == "JPEG" and area * _scans(stream) > _MOST_IN_SCANS:
+            raise ImageError("goes over its pixels again and again; get the file again")
+        if name == "BMP" and image.info["compression"] in _RUNS and area > _MOST_IN_RUNS:
+            raise ImageError("holds a large picture in run lengths; save it as PNG")
+        samples = _webp_samples(stream) if name == "WEBP" else _samples(image)
     info = image.info
     metadata = Metadata(info.get("exif"), info.get("xmp"), resolution(*info.get("dpi", (0, 0))))
     jpeg = settings_of(image) if name == "JPEG" else None
     return Raster(samples.reshape(*samples.shape[:2], -1), info.get("icc_profile"), metadata, jpeg)
+
+
+def _samples(image: Image.Image) -> NDArray[Any]:
+    """Return the pixels as an array, part by part: `np.array(image)` copies the whole several times."""
+    if image.mode != (mode := _MODES[image.mode]):
+        image = image.convert(mode)
+    samples = np.empty((image.height, image.width, len(mode)), np.uint8)
+    for top in range(0, image.height, _ROWS):
+        part = image.crop((0, top, image.width, min(top + _ROWS, image.height)))
+        samples[top : top + _ROWS] = np.asarray(part).reshape(part.height, part.width, -1)
+    return samples
+
+
+def _webp_samples(stream: BinaryIO) -> NDArray[Any]:
+    """Decode without Pillow, which keeps four copies of the whole."""
+    import imagecodecs
+
+    stream.seek(0)
+    return np.asarray(imagecodecs.webp_decode(stream.read()))
+
+
+def _scans(stream: BinaryIO) -> int:
+    """Count how often a JPEG goes over its pixels: once, or a dozen times where it is progressive."""
+    stream.seek(0)
+    data = stream.read()
+    at = scans = 0
+    while (found := _MARKER.search(data, at)) and found[1] != b"\xd9":
+        scans += found[1] == b"\xda"
+        start = at = found.end()
+        if found[1] != b"\xd8":
+            at += int.from_bytes(data[start : start + 2])
+    return scans
 
 
 def encode_jpeg(raster: Raster) -> bytes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import sys
 from pathlib import Path
 from typing import BinaryIO, TextIO
@@ -11,6 +12,7 @@ from relit.errors import ImageError, OutputError
 from relit.files import save_atomically
 
 Place = str | Path | BinaryIO
+_PART = 1 << 20
 
 
 def name_of(place: Place) -> str:
@@ -31,25 +33,27 @@ def _standard(stream: TextIO | None, place: str | Path) -> BinaryIO:
     return stream.buffer
 
 
-def open_source(source: Place) -> BinaryIO:
+def open_source(source: Place, most: int) -> BinaryIO:
     """Open a file by name, or take what a stream still holds; codecs can seek in the result.
 
     Raises
     ------
     ImageError
-        If it cannot be opened or read.
+        If it cannot be opened or read, or has more than `most` bytes.
     """
     name = name_of(source)
     try:
         if not isinstance(source, (str, Path)):
-            return io.BytesIO(source.read())
+            return _buffered(source, name, most)
         if name == "-":
-            return io.BytesIO(_standard(sys.stdin, source).read())
+            return _buffered(_standard(sys.stdin, source), name, most)
         stream = Path(source).open("rb")  # noqa: SIM115 (the caller closes it)
-        if stream.seekable():
+        if stream.seekable() and os.fstat(stream.fileno()).st_size <= most:
             return stream
         with stream:
-            return io.BytesIO(stream.read())
+            return _buffered(stream, name, most)
+    except ImageError:
+        raise
     except FileNotFoundError:
         raise ImageError(f"{name}: there is no such file; check the name") from None
     except IsADirectoryError:
@@ -58,6 +62,16 @@ def open_source(source: Place) -> BinaryIO:
         # ValueError: a NUL in the name, or a closed file; TypeError: a text file
         reason = getattr(error, "strerror", None) or error
         raise ImageError(f"{name}: cannot be read ({reason}); give the file name of a photo") from error
+
+
+def _buffered(stream: BinaryIO, name: str, most: int) -> BinaryIO:
+    """Take what a stream holds, which may be without end."""
+    buffer = io.BytesIO()
+    while buffer.tell() <= most and (part := stream.read(_PART)):
+        buffer.write(part)
+    if buffer.tell() > most:
+        raise ImageError(f"{name}: is larger than {most >> 20} MB; raise max_pixels if you trust the file")
+    return io.BytesIO(buffer.getvalue())
 
 
 def put(data: bytes, destination: Place, *, overwrite: bool) -> None:

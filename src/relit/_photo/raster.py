@@ -16,8 +16,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import DTypeLike, NDArray
 
-    #: Called with width and height before any pixel is decoded; raises where they are too large.
-    CheckSize = Callable[[int, int], None]
+    #: Called with width, height and perhaps the bytes a pixel takes (3, unless told), before any pixel is
+    #: decoded; raises where they are too large.
+    CheckSize = Callable[..., None]
+
+
+_PART = 1 << 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,9 +61,14 @@ def rescale(samples: NDArray[Any], maximum: int, dtype: DTypeLike) -> NDArray[An
     full = int(np.iinfo(np.dtype(dtype)).max)
     if maximum == full:
         return samples.astype(dtype)
-    # 65535 * 65535 + 32767 is the largest number met here, and it fits 32 bits.
-    wide = np.minimum(samples, maximum).astype(np.uint32)
-    return np.asarray((wide * full + maximum // 2) // maximum, dtype)
+    # In parts, because 32 bits for each sample of a large photo are gigabytes.
+    flat, scaled = samples.reshape(-1), np.empty(samples.size, dtype)
+    for start in range(0, flat.size, _PART):
+        part = slice(start, start + _PART)
+        # 65535 * 65535 + 32767 is the largest number met here, and it fits 32 bits.
+        wide = np.minimum(flat[part], maximum).astype(np.uint32)
+        scaled[part] = (wide * full + maximum // 2) // maximum
+    return scaled.reshape(samples.shape)
 
 
 def to_depth(samples: NDArray[Any], dtype: DTypeLike) -> NDArray[Any]:

@@ -25,7 +25,7 @@ def decode_raw(stream: BinaryIO, check_size: CheckSize) -> Raster:
             "save the photo alone"
         ) from error
     with opened as raw:
-        check_size(raw.sizes.width, raw.sizes.height)
+        check_size(raw.sizes.width, raw.sizes.height, 6)
         samples = raw.postprocess(
             output_bps=16,
             output_color=rawpy.ColorSpace.sRGB,

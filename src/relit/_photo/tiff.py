@@ -6,9 +6,10 @@ but not 16 bits of RGB.
 
 from __future__ import annotations
 
+import reprlib
 from contextlib import suppress
 from dataclasses import replace
-from itertools import accumulate
+from itertools import accumulate, islice
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
@@ -32,6 +33,10 @@ _EXIF, _GPS, _INTEROPERABILITY = 0x8769, 0x8825, 0xA005
 #: tells how the pixels lie in the file.
 _SHARED = {270, 271, 272, 305, 306, 315, 316, 0x4746, 33432, *range(0x9C9B, 0x9CA0), _EXIF, _GPS}
 _STRIP_BYTES = 1 << 18
+_MOST_PAGES = 64  # the photo and what is reduced from it
+#: None, the fax codes, LZW, JPEG, deflate, PackBits, deflate by its old number, LZMA, and Zstandard: what is
+#: in use for photos, and cannot unpack to more than the strip or tile takes.
+_COMPRESSIONS = {1, 2, 3, 4, 5, 7, 8, 32773, 32946, 34925, 50000}
 
 
 def decode_tiff(stream: BinaryIO, check_size: CheckSize) -> Raster:
@@ -41,9 +46,11 @@ def decode_tiff(stream: BinaryIO, check_size: CheckSize) -> Raster:
     with tifffile.TiffFile(stream) as file:
         pages: Any = file.pages
         page = pages.first
-        if any(not other.is_reduced for other in pages[1:]):
+        others = list(islice(pages, 1, _MOST_PAGES + 1))  # one at a time: they may go in a circle
+        if len(others) == _MOST_PAGES or any(not other.is_reduced for other in others):
             raise ImageError("holds several pages; save one as a photo of its own")
-        check_size(page.imagewidth, page.imagelength)
+        check_size(page.imagewidth, page.imagelength, page.samplesperpixel * max(1, page.bitspersample // 8))
+        _check_segments(page, check_size)
         samples = _samples(page)
         metadata = replace(_metadata(stream, page), dpi=_resolution(page))
         return Raster(samples, _bytes(page, _PROFILE), metadata)
@@ -118,6 +125,21 @@ def _metadata(stream: BinaryIO, page: Any) -> Metadata:
     return Metadata(exif, _bytes(page, _XMP))
 
 
+def _check_segments(page: Any, check_size: CheckSize) -> None:
+    """Refuse what takes more to decode than the picture does, and what is not all there."""
+    if page.compression not in _COMPRESSIONS:
+        raise ImageError(f"is compressed with {_called(page.compression)}; save it with deflate, LZW or none")
+    if 0 in page.databytecounts:  # which tifffile takes for black
+        raise ImageError("lacks a part of its picture; get the file again")
+    if page.is_tiled:
+        check_size(page.tilewidth, page.tilelength, page.samplesperpixel * max(1, page.bitspersample // 8))
+
+
+def _called(value: object) -> str:
+    """Return what to call the value of a tag, which in a damaged file may be anything."""
+    return str(getattr(value, "name", None) or reprlib.repr(value))
+
+
 def _samples(page: Any) -> NDArray[Any]:
     from tifffile import COMPRESSION, EXTRASAMPLE, PHOTOMETRIC, PLANARCONFIG
 
@@ -130,8 +152,7 @@ def _samples(page: Any) -> NDArray[Any]:
     if page.compression == COMPRESSION.JPEG:
         colours[PHOTOMETRIC.YCBCR] = 3  # decoding it gives RGB
     if page.photometric not in colours:
-        name = getattr(page.photometric, "name", page.photometric)
-        raise ImageError(f"holds {name} colours; convert it to RGB or grey first")
+        raise ImageError(f"holds {_called(page.photometric)} colours; convert it to RGB or grey first")
     extra = page.samplesperpixel - colours[page.photometric]
     if extra not in (0, 1) or page.imagedepth != 1:
         raise ImageError("holds more than grey or RGB and alpha; save these alone")
