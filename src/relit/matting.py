@@ -41,6 +41,7 @@ _FEATURES = ("brows", "eyes", "mouth")
 _NONE, _ALL = 0.3, 0.9  # likeness to skin that counts as none, and as all
 _HOLE = 0.12  # interocular distances: holes in the skin smaller than this are none
 _LAST = 0.1  # of the reach, over which the last of a change goes
+_GRAIN = 0.015  # interocular distances
 _FAINT = 0.04  # share of a change that nobody sees
 _GLINT = 0.12  # brightness, of 1, by which a catchlight exceeds what is round it
 _WHITE = 0.85  # share of a change that eyes and teeth take, less what colours them
@@ -66,10 +67,11 @@ def matte(image: NDArray[Any], landmarks: Landmarks) -> NDArray[np.float32]:
     inside = drawn([face_outline(landmarks)], image.shape)
     if inside.all() or not inside.any():
         return np.ones(image.shape[:2], np.float32)
-    skin = skin_of(image, _skin_area(landmarks, inside))
-    near = np.clip(1 - _away(skin.whitened(image), inside, unit), 0, 1) ** 2
+    smooth = _smooth(image, unit)
+    skin = skin_of(smooth, _skin_area(landmarks, inside))
+    near = np.clip(1 - _away(skin.whitened(smooth), inside, unit), 0, 1) ** 2
     # A little of a likeness is none: it would show as a glow on a plain background.
-    like = np.clip((skin.likeness(image) - _NONE) / (_ALL - _NONE), 0, 1)
+    like = np.clip((skin.likeness(smooth) - _NONE) / (_ALL - _NONE), 0, 1)
     # A highlight on skin, a mole, a strand of hair: the light falls on them too.
     size = 2 * max(round(_HOLE * unit / 2), 1) + 1
     like = grey_closing(like, (size, size))
@@ -131,13 +133,13 @@ def known(
     if not rendered:
         area = _skin_area(landmarks, inside)
         sure = _sure(landmarks, target.shape, unit)
-        for image in (target, reference):
+        for image in (_smooth(target, unit), theirs := _smooth(reference, unit)):
             if not (area & seen).any():
                 break
             skin = skin_of(image, area & seen)
             # Below the brows, what is dark may lie in a shadow; above, it is hair or a hat.
             hue, all_told = skin.likeness(image, hue_alone=True), skin.likeness(image)
-            trust *= sure * hue + (1 - sure) * all_told if image is reference else np.maximum(sure, all_told)
+            trust *= sure * hue + (1 - sure) * all_told if image is theirs else np.maximum(sure, all_told)
         trust *= seen
         hulls = drawn(feature_hulls(landmarks, _FEATURES), target.shape)
         size = 2 * max(round(_EDGE * unit), 1) + 1
@@ -171,6 +173,13 @@ def eyes_and_teeth(
     size = 2 * max(round(0.06 * unit), 1) + 1
     glint = np.clip(white_tophat(brightness, (size, size)) / _GLINT - 1, 0, 1)
     return white, np.asarray(1 - white * np.maximum(1 - _WHITE, glint), np.float32)
+
+
+def _smooth(image: NDArray[Any], unit: float) -> NDArray[np.float32]:
+    """Return a photo without its grain, in which a dark skin would lose its hue."""
+    sigma = _GRAIN * unit
+    unit_image = to_unit(image)
+    return gaussian_filter(unit_image, (sigma, sigma, 0)[: image.ndim], mode="nearest")
 
 
 def _skin_area(landmarks: Landmarks, inside: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -62,7 +62,7 @@ def _visible(shape: FaceShape, light: StudioLight, unit: float) -> NDArray[np.fl
     depth = reduced(shape.depth, factor).astype(np.float64) / factor
     inside = reduced(shape.inside.astype(np.float32), factor) > 0.5
     blockers = np.where(inside, depth, np.inf)  # what is beyond the face is not known to block anything
-    y, x = (axis[inside] for axis in np.indices(depth.shape).astype(np.float64))
+    y, x = np.nonzero(inside)
     z = depth[inside] - _ROUGH * unit
     share = np.zeros(len(z))
     rays = _rays(_direction(light))
