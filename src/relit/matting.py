@@ -40,6 +40,8 @@ _GUIDE = 0.03  # contrast of an edge, of 1
 _FEATURES = ("brows", "eyes", "mouth")
 _NONE, _ALL = 0.3, 0.9  # likeness to skin that counts as none, and as all
 _HOLE = 0.12  # interocular distances: holes in the skin smaller than this are none
+_FULL = 0.35  # of the reach, over which all of a change goes on
+_OVERHANG = 0.12  # interocular distances
 _LAST = 0.1  # of the reach, over which the last of a change goes
 _GRAIN = 0.015  # interocular distances
 _FAINT = 0.04  # share of a change that nobody sees
@@ -69,7 +71,8 @@ def matte(image: NDArray[Any], landmarks: Landmarks) -> NDArray[np.float32]:
         return np.ones(image.shape[:2], np.float32)
     smooth = _smooth(image, unit)
     skin = skin_of(smooth, _skin_area(landmarks, inside))
-    near = np.clip(1 - _away(skin.whitened(smooth), inside, unit), 0, 1) ** 2
+    near = np.clip((1 - _away(skin.whitened(smooth), inside, unit)) / (1 - _FULL), 0, 1)
+    near = near**2 * (3 - 2 * near)
     # A little of a likeness is none: it would show as a glow on a plain background.
     like = np.clip((skin.likeness(smooth) - _NONE) / (_ALL - _NONE), 0, 1)
     # A highlight on skin, a mole, a strand of hair: the light falls on them too.
@@ -200,8 +203,10 @@ def _sure(landmarks: Landmarks, shape: tuple[int, ...], unit: float) -> NDArray[
     outline = face_outline(landmarks)
     below = outline[outline @ up <= (brows @ up).max()]
     points = np.vstack([below, brows])
-    mask = drawn([points[ConvexHull(points).vertices]], shape).astype(np.float32)
-    return np.asarray(gaussian_filter(mask, _EDGE * unit))
+    mask = drawn([points[ConvexHull(points).vertices]], shape)
+    # A mesh may overhang a cheek.
+    inner = distance_transform_edt(mask) > _OVERHANG * unit
+    return np.asarray(gaussian_filter(inner.astype(np.float32), _EDGE * unit / 2))
 
 
 def _up(landmarks: Landmarks) -> NDArray[np.float64]:
