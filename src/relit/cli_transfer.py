@@ -112,6 +112,7 @@ def transfer(
     from relit.figures import STAGES, comparison_sheet, contact_sheet, stage_pictures
     from relit.image import check_destination, read_image, write_image
     from relit.relighting import transfer as run
+    from relit.threads import pool
 
     folder = None
     if stages is not None:
@@ -122,15 +123,17 @@ def transfer(
         check_destination(sheet, overwrite=force)
     watch = Stopwatch()
     with progress("Reading the photos"), watch("read"):
-        photo = read_photo(source.path)
-        lights = [read_photo(one.path) for one in sources]
+        with pool(2) as at_once:
+            photo, *lights = at_once(read_photo, [source.path, *(one.path for one in sources)])
         second = read_photo(second_reference) if second_reference else None
         area = _lightness(read_image(region_mask), region_mask) if region_mask else None
     check_destination(output, like=photo, overwrite=force)
     with progress("Finding the faces"), watch("find the faces"):
         faces = detect_faces(photo.pixels, name="target") if all_faces else []
-        faces = faces or [source.face_in(photo)]
-        there = [one.face_in(light) for one, light in zip(sources, lights, strict=True)]
+        with pool(2) as at_once:
+            sitters = [*([] if faces else [(source, photo)]), *zip(sources, lights, strict=True)]
+            there = at_once(lambda sitter: sitter[0].face_in(sitter[1]), sitters)
+        faces = faces or [there.pop(0)]
         beside = None
         if second:
             beside = Source("second", second_reference or "", second_landmarks, second_face).face_in(second)

@@ -81,12 +81,13 @@ def reduced(image: NDArray[Any], factor: int) -> NDArray[Any]:
         return image
     whole = image.dtype.kind == "u"
     rows, columns = (-(-size // factor) for size in image.shape[:2])
-    total = np.zeros((rows, columns, *image.shape[2:]), np.uint32 if whole else np.float32)
-    for across in range(factor):
-        x = np.minimum(np.arange(across, columns * factor, factor), image.shape[1] - 1)
-        for down in range(factor):
-            y = np.minimum(np.arange(down, rows * factor, factor), image.shape[0] - 1)
-            total += image[y][:, x]
+    total = image
+    for axis, count in enumerate((rows, columns)):
+        shape = (*total.shape[:axis], count, *total.shape[axis + 1 :])
+        part, total = total, np.zeros(shape, np.uint32 if whole else np.float32)
+        for first in range(factor):
+            places = np.minimum(np.arange(first, count * factor, factor), image.shape[axis] - 1)
+            total += part.take(places, axis)
     if not whole:
         return total / np.float32(factor**2)
     return np.rint(total * (65535 / (factor**2 * float(np.iinfo(image.dtype).max)))).astype(np.uint16)
