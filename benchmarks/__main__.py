@@ -13,7 +13,11 @@ from typing import Any
 import click
 from rich.console import Console
 
-from benchmarks.rows import GROUPS, Row
+from benchmarks.commands import command
+from benchmarks.rows import GROUPS as SOLVERS
+from benchmarks.rows import Row
+
+GROUPS = (*SOLVERS, command)
 
 
 @click.command(help=__doc__)

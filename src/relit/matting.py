@@ -134,15 +134,14 @@ def known(
     inside = drawn([face_outline(landmarks)], target.shape)
     trust = (distance_transform_edt(inside) > _EDGE * unit).astype(np.float32)
     if not rendered:
-        area = _skin_area(landmarks, inside)
+        area = _skin_area(landmarks, inside) & seen
         sure = _sure(landmarks, target.shape, unit)
-        for image in (_smooth(target, unit), theirs := _smooth(reference, unit)):
-            if not (area & seen).any():
-                break
-            skin = skin_of(image, area & seen)
+        ours, theirs = _smooth(target, unit), _smooth(reference, unit)
+        if area.any():
+            trust *= np.maximum(sure, skin_of(ours, area).likeness(ours))
+            skin = skin_of(theirs, area)
             # Below the brows, what is dark may lie in a shadow; above, it is hair or a hat.
-            hue, all_told = skin.likeness(image, hue_alone=True), skin.likeness(image)
-            trust *= sure * hue + (1 - sure) * all_told if image is theirs else np.maximum(sure, all_told)
+            trust *= sure * skin.likeness(theirs, hue_alone=True) + (1 - sure) * skin.likeness(theirs)
         trust *= seen
         hulls = drawn(feature_hulls(landmarks, _FEATURES), target.shape)
         size = 2 * max(round(_EDGE * unit), 1) + 1
