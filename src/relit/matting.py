@@ -34,13 +34,18 @@ if TYPE_CHECKING:
 REACH = 0.9
 
 _CELLS = 24  # that the interocular distance has, where the way from the face is looked for
-_BARRIER, _TEXTURE = 0.5, 1.0  # how far away an edge makes things, per standard deviation of the skin above
+_SIDEWAYS = 2.0  # how much farther it is across a face than along it
+_BARRIER, _TEXTURE = 0.6, 1.0  # how far away an edge makes things, per standard deviation of the skin above
 _EDGE = 0.06  # interocular distances over which masks turn soft, and guided ones look for an edge
 _GUIDE = 0.03  # contrast of an edge, of 1
 _FEATURES = ("brows", "eyes", "mouth")
 _NONE, _ALL = 0.3, 0.9  # likeness to skin that counts as none, and as all
 _HOLE = 0.12  # interocular distances: holes in the skin smaller than this are none
 _FULL = 0.35  # of the reach, over which all of a change goes on
+_RIM_RENDERED, _RIM = (
+    0.04,
+    0.1,
+)  # interocular distances: at the outline a mesh is seen too flatly to shade well
 _OVERHANG = 0.12  # interocular distances
 _LAST = 0.1  # of the reach, over which the last of a change goes
 _GRAIN = 0.015  # interocular distances
@@ -71,7 +76,7 @@ def matte(image: NDArray[Any], landmarks: Landmarks) -> NDArray[np.float32]:
         return np.ones(image.shape[:2], np.float32)
     smooth = _smooth(image, unit)
     skin = skin_of(smooth, _skin_area(landmarks, inside))
-    near = np.clip((1 - _away(skin.whitened(smooth), inside, unit)) / (1 - _FULL), 0, 1)
+    near = np.clip((1 - _away(skin.whitened(smooth), inside, unit, _up(landmarks))) / (1 - _FULL), 0, 1)
     near = near**2 * (3 - 2 * near)
     # A little of a likeness is none: it would show as a glow on a plain background.
     like = np.clip((skin.likeness(smooth) - _NONE) / (_ALL - _NONE), 0, 1)
@@ -86,8 +91,13 @@ def matte(image: NDArray[Any], landmarks: Landmarks) -> NDArray[np.float32]:
     return np.asarray(soft * np.clip((1 - beyond) / _LAST, 0, 1), np.float32)
 
 
-def _away(colors: NDArray[np.float64], inside: NDArray[np.bool_], unit: float) -> NDArray[np.float32]:
-    """Return how far from the face it is, 1 being out of reach, on the way that crosses least of an edge."""
+def _away(
+    colors: NDArray[np.float64], inside: NDArray[np.bool_], unit: float, up: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """Return how far from the face it is, 1 being out of reach, on the way that crosses least of an edge.
+
+    Sideways it is farther than down: beyond the ears there is no skin, below the chin there is a neck.
+    """
     cell = max(round(unit / _CELLS), 1)
     small = reduced(colors.astype(np.float32), cell)
     start = np.flatnonzero(reduced(inside.astype(np.float32), cell) > 0.5)
@@ -96,7 +106,9 @@ def _away(colors: NDArray[np.float64], inside: NDArray[np.bool_], unit: float) -
     for step in ((0, 1), (1, 0), (1, 1), (1, -1)):
         here, there = paired(small.shape[:2], step)
         edge = np.linalg.norm(small[here] - small[there], axis=-1)
-        cost = cell * np.hypot(*step) / (REACH * unit) + _BARRIER * np.maximum(edge - _TEXTURE, 0)
+        down, across = abs(up @ step[::-1]), abs(up @ [step[0], -step[1]])
+        length = cell * np.hypot(down, _SIDEWAYS * across) / (REACH * unit)
+        cost = length + _BARRIER * np.maximum(edge - _TEXTURE, 0)
         pairs.append(np.stack([number[here].ravel(), number[there].ravel()]))
         costs.append(cost.ravel())
     graph = coo_array((np.concatenate(costs), np.hstack(pairs)), (number.size, number.size)).tocsr()
@@ -132,7 +144,8 @@ def known(
     """
     unit = landmarks.interocular_distance
     inside = drawn([face_outline(landmarks)], target.shape)
-    trust = (distance_transform_edt(inside) > _EDGE * unit).astype(np.float32)
+    rim = _RIM_RENDERED if rendered else _RIM
+    trust = (distance_transform_edt(inside) > rim * unit).astype(np.float32)
     if not rendered:
         area = _skin_area(landmarks, inside) & seen
         sure = _sure(landmarks, target.shape, unit)

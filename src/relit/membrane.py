@@ -20,12 +20,17 @@ _UNKNOWN = 1e-6
 
 
 def fill(
-    planes: NDArray[np.floating[Any]], known: NDArray[np.floating[Any]], *, cell: int
+    planes: NDArray[np.floating[Any]],
+    known: NDArray[np.floating[Any]],
+    *,
+    cell: int,
+    reach: float = np.inf,
 ) -> NDArray[np.float32]:
     """Return planes, with what is not known replaced by the harmonic extension of what is.
 
     The membrane ``∫|∇x|² → min`` is solved in cells, held where they are known and free at the frame [1]_;
-    within the known, the planes stay as they are.
+    within the known, the planes stay as they are. With a reach R, ``(x - m)² / R²`` is added, m being the
+    mean of the known: farther off than R, little is left of how one side differs from another.
 
     Parameters
     ----------
@@ -34,6 +39,8 @@ def fill(
         In [0, 1]; between the two a pixel is a mixture. If nothing is known, nothing is filled.
     cell : int
         Side in px of the cells that the membrane is solved in.
+    reach : float
+        R, in px; by default there is no end to it.
 
     Returns
     -------
@@ -61,8 +68,11 @@ def fill(
     values = reduced(share * whole.astype(np.float32), cell) / np.maximum(weight, _UNKNOWN)
     height, width, count = values.shape
     hold = _HOLD * weight[..., 0].ravel().astype(np.float64)
-    system = (_stiffness(height, width) + diags_array(hold + _UNKNOWN)).tocsc()
-    solution = splu(system).solve(hold[:, None] * values.reshape(-1, count).astype(np.float64))
+    level = values.reshape(-1, count).astype(np.float64)
+    mean = np.average(level, axis=0, weights=hold)
+    rest = max((cell / reach) ** 2, _UNKNOWN)
+    system = (_stiffness(height, width) + diags_array(hold + rest)).tocsc()
+    solution = splu(system).solve(hold[:, None] * level + rest * mean)
     soft = solution.reshape(height, width, count).astype(np.float32)
     filled = Enlarger(soft, cell, whole.shape).rows(0, whole.shape[0])
     if cell > 1:

@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from relit.inputs import AnyLandmarks, AnyPhoto, Reference
 
 _CELL = 1 / 32  # of the interocular distance: the size of the membrane's cells
+_SETTLED = 0.4  # interocular distances, over which a change that is carried on turns into the mean
 _LEAST = 1e-4  # brightness of 1 below which a relit plane is black
 
 
@@ -241,7 +242,8 @@ def _lighting(shared: _Shared, light: Reference | None, second: Reference | None
             seen = alignment.inside if alignment else np.ones(warped.shape[:2], bool)
             trust = known(view.pixels, warped, seen, view.landmarks, rendered=light is None)
             cell = max(round(_CELL * view.landmarks.interocular_distance), 1)
-            filled = fill(change, trust, cell=cell)
+            reach = _SETTLED * view.landmarks.interocular_distance
+            filled = fill(change, trust, cell=cell, reach=reach)
     return Lighting(
         warped,
         alignment,

@@ -22,7 +22,7 @@ _DARKEST = 4 / 255  # below, hue is noise
 _HUE, _BRIGHTNESS = 0.045, 0.3  # the least standard deviations, in log
 _ROUNDS = 5
 _OUTLIER = 3.0  # standard deviations
-_EDGE, _SOFT = 3.5, 0.5  # standard deviations at which a pixel is as likely skin as not, and how sharply
+_EDGE, _SOFT = 3.0, 0.4  # standard deviations at which a pixel is as likely skin as not, and how sharply
 
 
 @dataclass(frozen=True, eq=False)
