@@ -1,0 +1,281 @@
+// @ts-check
+/** The page: what the visitor does becomes the document, and the document is shown. */
+
+import { ApiError, Session, fetchOptions } from "./api.js";
+import { Controls } from "./controls.js";
+import { guardPage, save } from "./files.js";
+import { Panel } from "./panel.js";
+import { ROLES } from "./pairs.js";
+import { PointTools } from "./tools.js";
+import { Preview } from "./preview.js";
+import { Stage } from "./stage.js";
+import { Store } from "./state.js";
+import { Sync } from "./sync.js";
+
+/**
+ * @typedef {import("./api.js").Role} Role
+ * @typedef {{faces: import("./pairs.js").Faces, options: Record<string, any>}} Document
+ */
+
+const SIDE = 1600; // px of a photo that is shown for its landmarks
+const KEPT = "relit"; // key of what outlives a reload of the page
+
+const $ = (/** @type {string} */ id) => /** @type {any} */ (document.getElementById(id));
+const say = (/** @type {string} */ text) => ($("status").textContent = text);
+
+async function start() {
+  guardPage();
+  const offer = await fetchOptions();
+  const kept = JSON.parse(sessionStorage.getItem(KEPT) ?? "null");
+  const session = kept ? new Session(kept.session) : await Session.open();
+  /** @type {Record<Role, import("./api.js").Photo | null>} */
+  let photos = { target: null, reference: null };
+  /** @type {Record<Role, string>} */
+  let names = { target: "", reference: "" };
+
+  const controls = new Controls(offer.options, $("first"), $("more"));
+  /** @type {Store<Document>} */
+  const store = new Store({ faces: { target: null, reference: null }, options: controls.defaults });
+  const sync = new Sync(session);
+  const stage = new Stage($("stage"));
+  const panels = /** @type {Record<Role, Panel>} */ (
+    Object.fromEntries(ROLES.map((role) => [role, new Panel(role, $("photo"), offer.landmark_formats)]))
+  );
+  for (const role of ROLES) $("pair").append(panels[role].root);
+  const tools = new PointTools(store, panels, say);
+  const preview = new Preview(
+    (request, signal) => session.render(request, signal),
+    () => sync.push(() => store.now.faces),
+  );
+
+  const keep = () =>
+    sessionStorage.setItem(
+      KEPT,
+      JSON.stringify({ session: session.token, photos: { ...photos }, names, options: store.now.options }),
+    );
+
+  /** Whether there is enough to relight. */
+  const ready = () => {
+    const lit = Boolean(store.now.options.light);
+    return Boolean(photos.target && tools.usable("target") && (lit || (photos.reference && tools.usable("reference"))));
+  };
+
+  const refresh = () => {
+    const able = ready();
+    $("export").disabled = !able;
+    $("swap").disabled = !(photos.target && photos.reference);
+    $("undo").disabled = !store.past.length;
+    $("redo").disabled = !store.future.length;
+    if (able) preview.ask({ options: store.now.options, views: stage.wanted, side: stage.side });
+    else preview.cancel();
+  };
+
+  /** @param {Role} role @param {import("./api.js").Photo} photo */
+  const showPhoto = async (role, photo) => {
+    photos[role] = { ...photo, landmarks: null };
+    const blob = await session.picture(role, SIDE);
+    panels[role].show(blob, photo, names[role]);
+    panels[role].problem(photo.message ?? "");
+    if (role === "target") stage.before(blob, photo.width, photo.height);
+  };
+
+  /** @param {Partial<Record<Role, import("./api.js").Photo>>} given */
+  const take = async (given) => {
+    const faces = { ...store.now.faces };
+    for (const role of ROLES) {
+      const photo = given[role];
+      if (!photo) continue;
+      faces[role] = photo.landmarks;
+      sync.knows(role, { target: null, reference: null, [role]: photo.landmarks });
+      await showPhoto(role, photo);
+    }
+    stage.clear();
+    store.reset({ faces });
+    keep();
+  };
+
+  /** Do what the server may refuse, and show where. @param {Role | null} role @param {() => Promise<void>} act */
+  const attempt = async (role, act) => {
+    const busy = role ? [panels[role]] : ROLES.map((one) => panels[one]);
+    for (const panel of busy) panel.busy(true);
+    const slow = setTimeout(() => say("Working…"), 300);
+    try {
+      if (role) panels[role].problem("");
+      await act();
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      if (role) panels[role].problem(error.message);
+      else $("stage-problem").textContent = error.message;
+    } finally {
+      clearTimeout(slow);
+      for (const panel of busy) panel.busy(false);
+      if ($("status").textContent === "Working…") say("");
+    }
+  };
+
+  for (const role of ROLES) {
+    const panel = panels[role];
+    panel.addEventListener("photo", (event) => {
+      const { file } = /** @type {CustomEvent} */ (event).detail;
+      void attempt(role, async () => {
+        if (file.size > offer.limits.bytes) {
+          throw new ApiError(0, "too_large", `${file.name} has ${mega(file.size)} MB; at most ${mega(offer.limits.bytes)} are taken. Choose a smaller file.`);
+        }
+        const photo = await session.upload(role, file);
+        names[role] = file.name;
+        await take({ [role]: photo });
+      });
+    });
+    panel.addEventListener("marks", (event) => {
+      const { file, format } = /** @type {CustomEvent} */ (event).detail;
+      void attempt(role, async () => {
+        const marks = await session.loadLandmarks(role, format, file);
+        const faces = { ...store.now.faces, [role]: marks };
+        sync.knows(role, { target: null, reference: null, [role]: marks });
+        store.set({ faces });
+      });
+    });
+    panel.addEventListener("save", (event) => {
+      const format = /** @type {CustomEvent} */ (event).detail;
+      void attempt(role, async () => {
+        await sync.push(() => store.now.faces);
+        save(await session.saveLandmarks(role, format), `${role}${format}`);
+      });
+    });
+  }
+
+  $("samples").addEventListener("click", () =>
+    attempt(null, async () => {
+      const given = await session.samples();
+      names = { target: "sample", reference: "sample" };
+      await take(given);
+    }),
+  );
+  $("swap").addEventListener("click", () =>
+    attempt(null, async () => {
+      await sync.push(() => store.now.faces);
+      const given = await session.swap();
+      names = { target: names.reference, reference: names.target };
+      sync.held = { target: sync.held.reference, reference: sync.held.target };
+      for (const role of ROLES) await showPhoto(role, given[role]);
+      store.map((one) => ({ ...one, faces: { target: one.faces.reference, reference: one.faces.target } }));
+      keep();
+      say("Target and reference have changed places.");
+    }),
+  );
+  $("snap").addEventListener("click", async () => {
+    const faces = { ...store.now.faces };
+    for (const role of ROLES) {
+      if (!photos[role]) continue;
+      await attempt(role, async () => {
+        faces[role] = await session.detect(role);
+        sync.knows(role, { target: null, reference: null, [role]: faces[role] });
+      });
+    }
+    store.set({ faces });
+  });
+  $("export").addEventListener("click", () =>
+    attempt(null, async () => {
+      say("Exporting in full resolution…");
+      await sync.push(() => store.now.faces);
+      save(await session.export({ options: store.now.options, format: $("format").value }), "relit.zip");
+      say("Exported relit.zip.");
+    }),
+  );
+  $("undo").addEventListener("click", () => store.undo());
+  $("redo").addEventListener("click", () => store.redo());
+  window.addEventListener("keydown", (event) => {
+    const typing = event.target instanceof HTMLInputElement && ["text", "number"].includes(event.target.type);
+    if (!(event.ctrlKey || event.metaKey) || typing || !["z", "y"].includes(event.key.toLowerCase())) return;
+    event.preventDefault();
+    if (event.shiftKey || event.key.toLowerCase() === "y") store.redo();
+    else store.undo();
+  });
+
+  controls.addEventListener("change", (event) => {
+    const { name, value } = /** @type {CustomEvent} */ (event).detail;
+    store.set({ options: { ...store.now.options, [name]: value } }, `option ${name}`);
+  });
+  $("controls").addEventListener("change", () => store.pause());
+  $("controls").addEventListener("submit", (/** @type {Event} */ event) => event.preventDefault());
+  $("reset").addEventListener("click", () => store.set({ options: controls.defaults }));
+
+  store.addEventListener("change", (event) => {
+    const { before } = /** @type {CustomEvent<{before: Document}>} */ (event).detail;
+    if (before.options !== store.now.options) {
+      controls.show(store.now.options);
+      keep();
+    }
+    tools.show();
+    refresh();
+  });
+  stage.addEventListener("open", refresh);
+
+  preview.addEventListener("busy", (event) => {
+    const busy = /** @type {CustomEvent} */ (event).detail;
+    $("stage").classList.toggle("busy", busy);
+    if (busy) say("Relighting…");
+    else if ($("status").textContent === "Relighting…") say("");
+  });
+  preview.addEventListener("pictures", (event) => {
+    /** @type {import("./preview.js").Picture[]} */
+    const pictures = /** @type {CustomEvent} */ (event).detail;
+    if (!pictures.length) return stage.open("result");
+    controls.forgive();
+    $("stage-problem").textContent = $("points-problem").textContent = "";
+    stage.show(pictures);
+    const { finest, seconds } = pictures[0];
+    panels.target.points.finest = finest;
+    panels.target.points.draw();
+    $("finest").textContent = finest
+      ? `Lambda: features below ${finest.toFixed(1)} px stay the person's: the circle on the target.`
+      : "";
+    say(`Done in ${seconds.toFixed(2)} s.`);
+  });
+  preview.addEventListener("problem", (event) => {
+    const error = /** @type {CustomEvent} */ (event).detail;
+    if (!(error instanceof ApiError)) throw error;
+    // A view that this method does not make: its result says whether anything else is wrong.
+    if (stage.tab !== "result" && error.status !== 0 && error.code !== "busy") return stage.open("result");
+    const marks = ["bad_landmarks", "no_face"].includes(error.code);
+    const place = controls.blame(error.message) ? null : marks ? "points-problem" : "stage-problem";
+    for (const id of ["points-problem", "stage-problem"]) $(id).textContent = id === place ? error.message : "";
+    say(error.message);
+  });
+
+  controls.show(store.now.options);
+  keep();
+  if (kept) await restore();
+  $("samples").disabled = false;
+  tools.show();
+  refresh();
+
+  /** Show again what the server still holds after a reload of the page. */
+  async function restore() {
+    const faces = { ...store.now.faces };
+    ({ names } = kept);
+    for (const role of ROLES) {
+      if (!kept.photos[role]) continue;
+      try {
+        await showPhoto(role, kept.photos[role]);
+        faces[role] = await session.landmarks(role).catch(() => null);
+        sync.knows(role, { target: null, reference: null, [role]: faces[role] });
+      } catch (error) {
+        if (!(error instanceof ApiError)) throw error;
+        // The session has run out: begin a new one.
+        sessionStorage.removeItem(KEPT);
+        location.reload();
+        return;
+      }
+    }
+    store.reset({ faces, options: { ...controls.defaults, ...kept.options } });
+  }
+}
+
+/** @param {number} bytes */
+const mega = (bytes) => Math.round(bytes / 2 ** 20);
+
+start().catch((error) => {
+  $("stage-problem").textContent = error.message;
+  if (!(error instanceof ApiError)) throw error;
+});
