@@ -76,7 +76,7 @@ async function start() {
     const blob = await session.picture(role, SIDE);
     panels[role].show(blob, photo, names[role]);
     panels[role].problem(photo.message ?? "");
-    if (role === "target") stage.before(blob, photo.width, photo.height);
+    if (role === "target") stage.before(blob, photo);
   };
 
   /** @param {Partial<Record<Role, import("./api.js").Photo>>} given */
@@ -257,8 +257,9 @@ async function start() {
     for (const role of ROLES) {
       if (!kept.photos[role]) continue;
       try {
-        await showPhoto(role, kept.photos[role]);
-        faces[role] = await session.landmarks(role).catch(() => null);
+        const landmarks = await session.landmarks(role);
+        faces[role] = landmarks;
+        await showPhoto(role, { ...kept.photos[role], landmarks });
         sync.knows(role, { target: null, reference: null, [role]: faces[role] });
       } catch (error) {
         if (!(error instanceof ApiError)) throw error;

@@ -7,7 +7,7 @@ import { Viewport } from "./viewport.js";
 
 /** @typedef {import("./api.js").Role} Role */
 
-const MEANING = { target: "keeps the person", reference: "gives the light" };
+const MEANING = { target: "the person", reference: "the light" };
 
 export class Panel extends EventTarget {
   /** @param {Role} role @param {HTMLTemplateElement} template @param {string[]} formats */
@@ -71,7 +71,7 @@ export class Panel extends EventTarget {
     this.part(".facts").textContent = [name, `${photo.width} × ${photo.height}`].filter(Boolean).join(" · ");
     this.frame.style.setProperty("--ratio", String(photo.width / photo.height));
     this.filled(true);
-    this.viewport.show(photo.width, photo.height);
+    this.viewport.show(photo.width, photo.height, photo.landmarks?.points ?? []);
   }
 
   /** @param {string} text */

@@ -36,6 +36,10 @@ export class Stage extends EventTarget {
     this.tab = "result";
     /** @type {string[]} */
     this.views = ["result"];
+    this.close = true;
+    this.zoom = 1;
+    /** @type {number[]} left, top, right and bottom of the face, in shares of the photo */
+    this.face = [0, 0, 1, 1];
     /** @type {Map<HTMLImageElement, string>} */
     this.shown = new Map();
     this.tabs = /** @type {HTMLElement[]} */ ([...root.querySelectorAll("[role=tab]")]);
@@ -47,6 +51,11 @@ export class Stage extends EventTarget {
     fade();
     for (const tab of this.tabs) tab.addEventListener("click", () => this.open(/** @type {Tab} */ (tab.dataset.tab)));
     this.#part("[role=tablist]").addEventListener("keydown", (event) => this.#key(event));
+    this.#part("#close").addEventListener("click", () => {
+      this.close = !this.close;
+      this.frame();
+      this.dispatchEvent(new Event("open"));
+    });
     this.open("result");
   }
 
@@ -57,7 +66,7 @@ export class Stage extends EventTarget {
 
   /** How many px of a picture can be seen. */
   get side() {
-    const seen = Math.max(this.root.clientWidth, 320) * Math.min(window.devicePixelRatio, 2);
+    const seen = Math.max(this.root.clientWidth, 320) * Math.min(window.devicePixelRatio, 2) * this.zoom;
     return Math.min(Math.max(Math.ceil(seen / 160) * 160, 480), 1440);
   }
 
@@ -73,9 +82,13 @@ export class Stage extends EventTarget {
     this.dispatchEvent(new Event("open"));
   }
 
-  /** @param {Blob} target the photo before @param {number} width @param {number} height */
-  before(target, width, height) {
+  /** @param {Blob} target the photo before @param {import("./api.js").Photo} photo */
+  before(target, { width, height, landmarks }) {
     this.root.style.setProperty("--ratio", String(width / height));
+    const points = /** @type {number[][]} */ (landmarks?.points.filter(Boolean) ?? [[0, 0], [width, height]]);
+    const shares = [0, 1].map((axis) => points.map((at) => at[axis] / (axis ? height : width)));
+    this.face = [Math.min, Math.max].flatMap((end) => shares.map((axis) => end(...axis)));
+    this.frame();
     for (const image of this.root.querySelectorAll(".before")) this.#show(/** @type {HTMLImageElement} */ (image), target);
   }
 
@@ -97,6 +110,20 @@ export class Stage extends EventTarget {
       const view = figure.querySelector("img")?.dataset.view;
       figure.hidden = !view || !this.views.includes(view);
     }
+  }
+
+  /** Show the face, with as much again around it, or all of the photo. */
+  frame() {
+    const [left, top, right, bottom] = this.face;
+    const share = Math.min(2 * Math.max(right - left, bottom - top), 1);
+    this.zoom = this.close ? 1 / share : 1;
+    /** @type {(middle: number) => number} */
+    const start = (middle) => (this.close ? Math.min(Math.max(middle - share / 2, 0), 1 - share) : 0);
+    const style = this.root.style;
+    style.setProperty("--zoom", String(this.zoom));
+    style.setProperty("--left", String(start((left + right) / 2) * this.zoom));
+    style.setProperty("--top", String(start((top + bottom) / 2) * this.zoom));
+    this.#part("#close").setAttribute("aria-pressed", String(this.close));
   }
 
   clear() {

@@ -12,22 +12,33 @@ export class Viewport extends EventTarget {
     this.scale = 1;
     this.x = this.y = 0;
     this.fitted = true;
-    new ResizeObserver(() => (this.fitted ? this.fit() : this.#changed())).observe(frame);
+    /** @type {number[]} left, top, width and height of what is shown while it is fitted */
+    this.box = [0, 0, 1, 1];
+    new ResizeObserver(() => (this.fitted ? this.fit(this.box) : this.#changed())).observe(frame);
     frame.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
   }
 
-  /** @param {number} width @param {number} height */
-  show(width, height) {
+  /**
+   * Show a photo: the part of it where the points are, with as much again around, or all of it.
+   * @param {number} width @param {number} height @param {(number[] | null)[]} points
+   */
+  show(width, height, points) {
     [this.width, this.height] = [width, height];
-    this.fit();
+    const given = /** @type {number[][]} */ (points.filter(Boolean));
+    if (given.length < 3) return this.fit();
+    const [from, to] = [Math.min, Math.max].map((end) => [0, 1].map((axis) => end(...given.map((at) => at[axis]))));
+    const margin = Math.max(to[0] - from[0], to[1] - from[1]) / 4;
+    return this.fit([from[0] - margin, from[1] - margin, to[0] - from[0] + 2 * margin, to[1] - from[1] + 2 * margin]);
   }
 
-  /** Show the whole photo. */
-  fit() {
-    const { clientWidth: width, clientHeight: height } = this.frame;
-    this.scale = this.#whole();
-    this.x = (width - this.width * this.scale) / 2;
-    this.y = (height - this.height * this.scale) / 2;
+  /** Show the whole photo, or a box of it. @param {number[]} box */
+  fit(box = [0, 0, this.width, this.height]) {
+    const { clientWidth, clientHeight } = this.frame;
+    const [left, top, width, height] = box;
+    this.scale = Math.min(clientWidth / width, clientHeight / height) || 1;
+    this.x = clientWidth / 2 - (left + width / 2) * this.scale;
+    this.y = clientHeight / 2 - (top + height / 2) * this.scale;
+    this.box = box;
     this.fitted = true;
     this.#changed();
   }
