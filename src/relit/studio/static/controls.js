@@ -56,8 +56,8 @@ export class Controls extends EventTarget {
     problem.setAttribute("role", "alert");
     const say = (/** @type {any} */ value) =>
       this.dispatchEvent(new CustomEvent("change", { detail: { name: option.name, value } }));
-    const { parts, show } = KINDS[option.kind](option, id, say);
-    for (const part of parts) part.setAttribute("aria-describedby", `${hint.id} ${problem.id}`);
+    const { parts, words, show } = KINDS[option.kind](option, id, say);
+    for (const part of [...parts, words]) part?.setAttribute("aria-describedby", `${hint.id} ${problem.id}`);
     const row = make("div", { className: "row" });
     row.append(...parts);
     const more = make("button", { type: "button", className: "help", textContent: "?" });
@@ -69,13 +69,14 @@ export class Controls extends EventTarget {
     });
     const head = make("div", { className: "head" });
     head.append(label, more);
+    if (words) head.append(words);
     box.append(head, row, hint, problem);
     this.fields.set(option.name, { show, problem });
     return box;
   }
 }
 
-/** @type {Record<string, (option: Option, id: string, say: (value: any) => void) => {parts: HTMLElement[], show: (value: any) => void}>} */
+/** @type {Record<string, (option: Option, id: string, say: (value: any) => void) => {parts: HTMLElement[], words?: HTMLElement, show: (value: any) => void}>} */
 const KINDS = {
   switch(_option, id, say) {
     const box = make("input", { type: "checkbox", id });
@@ -106,9 +107,9 @@ const KINDS = {
   },
 
   number(option, id, say) {
-    const { least, most, log } = rangeOf(option);
+    const { least, most, log, steps } = rangeOf(option);
     const slid = most !== null;
-    const slider = make("input", { type: "range", id, min: "0", max: "1000", step: "1" });
+    const slider = make("input", { type: "range", id, min: "0", max: String(steps), step: "1" });
     const number = make("input", { type: "number", step: "any", id: slid ? `${id}-number` : id });
     if (option.at_least !== null) number.min = String(option.at_least);
     if (option.at_most !== null) number.max = String(option.at_most);
@@ -123,10 +124,11 @@ const KINDS = {
 
     const top = most ?? 1;
     const toPlace = (/** @type {number} */ value) =>
-      1000 * (log ? Math.log(value / least) / Math.log(top / least) : (value - least) / (top - least));
+      steps * (log ? Math.log(value / least) / Math.log(top / least) : (value - least) / (top - least));
     const toValue = (/** @type {number} */ place) => {
-      const share = place / 1000;
-      return log ? Number((least * (top / least) ** share).toPrecision(2)) : tidy(least + share * (top - least), top - least);
+      const share = place / steps;
+      const value = log ? least * (top / least) ** share : least + share * (top - least);
+      return Number(value.toPrecision(3));
     };
     const show = (/** @type {any} */ value) => {
       const free = typeof value === "number";
@@ -144,24 +146,20 @@ const KINDS = {
     });
     words.addEventListener("change", () => say(words.value === NUMBER ? last : words.value || null));
     const parts = slid ? [slider, number] : [number];
-    return { parts: words.length > 1 ? [...parts, words] : parts, show };
+    return { parts, words: words.length > 1 ? words : undefined, show };
   },
 };
 
 /**
- * From where to where a slider goes: as far as the option does, and tenfold round the default of one that
- * only has to be above 0.
+ * From where to where a slider goes, and in how many steps: as far as the option does, or tenfold round the
+ * default of one that only has to be above 0.
  * @param {Option} option
  */
 function rangeOf({ at_least, at_most, above, default: standard }) {
-  if (above !== null && at_most === null) return { least: standard / 10, most: standard * 10, log: true };
-  return { least: at_least ?? above ?? 0, most: at_most, log: false };
-}
-
-/** @param {number} value @param {number} range */
-function tidy(value, range) {
-  const step = range > 2 ? 0.05 : 0.01;
-  return Number((Math.round(value / step) * step).toFixed(2));
+  if (above !== null && at_most === null) return { least: standard / 10, most: standard * 10, log: true, steps: 100 };
+  const least = at_least ?? above ?? 0;
+  const range = (at_most ?? 1) - least;
+  return { least, most: at_most, log: false, steps: Math.round(range / (range > 2 ? 0.05 : 0.01)) };
 }
 
 /**

@@ -37,7 +37,8 @@ export class PointEditor extends EventTarget {
       }),
     );
     this.label = document.createElementNS(SVG, "text");
-    svg.append(this.label);
+    this.sign = document.createElementNS(SVG, "text");
+    svg.append(this.label, this.sign);
     frame.append(svg);
     viewport.addEventListener("change", () => this.draw());
     frame.addEventListener("pointerdown", (event) => this.#press(event));
@@ -82,8 +83,13 @@ export class PointEditor extends EventTarget {
     const middle = centre(marks);
     if (middle && this.finest) {
       const [x, y] = viewport.toFrame(middle);
-      paths.scale = circle(x, y, (this.finest / 2) * viewport.scale);
+      const radius = (this.finest / 2) * viewport.scale;
+      // A pointer to it, for it may be as small as a freckle.
+      paths.scale = `${circle(x, y, radius)}M${x + radius + 3} ${y}h22`;
+      this.sign.setAttribute("x", String(x + radius + 29));
+      this.sign.setAttribute("y", String(y + 4));
     }
+    this.sign.textContent = middle && this.finest ? "λ" : "";
     for (const name of LAYERS) this.layers[name].setAttribute("d", paths[name]);
   }
 
