@@ -4,7 +4,7 @@
 /** @typedef {import("./api.js").Option} Option */
 
 /** What is used most, in this order; everything else goes under "more". */
-const FIRST = ["method", "light", "lam", "strength", "exposure", "tint", "region", "mask"];
+const FIRST = ["lam", "strength", "exposure", "tint", "method", "light", "region", "mask"];
 const NUMBER = "#"; // choice of the select that stands for the number beside it
 
 export class Controls extends EventTarget {

@@ -32,6 +32,7 @@ async function start() {
   let photos = { target: null, reference: null };
   /** @type {Record<Role, string>} */
   let names = { target: "", reference: "" };
+  let took = 0;
 
   const controls = new Controls(offer.options, $("first"), $("more"));
   /** @type {Store<Document>} */
@@ -68,6 +69,8 @@ async function start() {
     $("redo").disabled = !store.future.length;
     if (able) preview.ask({ options: store.now.options, views: stage.wanted, side: stage.side });
     else preview.cancel();
+    $("stage").classList.toggle("waiting", !able);
+    if (!able && photos.target) say("The preview waits for photos and landmarks.");
   };
 
   /** @param {Role} role @param {import("./api.js").Photo} photo */
@@ -217,21 +220,21 @@ async function start() {
     if (busy) say("Relighting…");
     else if ($("status").textContent === "Relighting…") say("");
   });
-  preview.addEventListener("pictures", (event) => {
-    /** @type {import("./preview.js").Picture[]} */
-    const pictures = /** @type {CustomEvent} */ (event).detail;
-    if (!pictures.length) return stage.open("result");
+  preview.addEventListener("picture", (event) => {
+    /** @type {import("./preview.js").Picture} */
+    const picture = /** @type {CustomEvent} */ (event).detail;
     controls.forgive();
     $("stage-problem").textContent = $("points-problem").textContent = "";
-    stage.show(pictures);
-    const { finest, seconds } = pictures[0];
+    stage.show(picture);
+    const { finest, seconds } = picture;
+    took = seconds;
     panels.target.points.finest = finest;
     panels.target.points.draw();
     $("finest").textContent = finest
-      ? `Lambda: features below ${finest.toFixed(1)} px stay the person's: the circle on the target.`
+      ? `What is below ${finest.toFixed(1)} px stays the person's: the circle λ on the target.`
       : "";
-    say(`Done in ${seconds.toFixed(2)} s.`);
   });
+  preview.addEventListener("done", () => say(`Done in ${took.toFixed(2)} s.`));
   preview.addEventListener("problem", (event) => {
     const error = /** @type {CustomEvent} */ (event).detail;
     if (!(error instanceof ApiError)) throw error;
@@ -243,6 +246,8 @@ async function start() {
     say(error.message);
   });
 
+  // What lambda means, under the first option, which it is.
+  $("first").firstElementChild?.append($("finest"));
   controls.show(store.now.options);
   keep();
   if (kept) await restore();

@@ -14,6 +14,7 @@ export class PointEditor extends EventTarget {
     this.frame = frame;
     this.viewport = viewport;
     this.adding = false;
+    this.spaced = false;
     /** @type {Marks | null} */
     this.marks = null;
     /** @type {Set<number>} rows that can be had */
@@ -45,6 +46,8 @@ export class PointEditor extends EventTarget {
     frame.addEventListener("pointermove", (event) => this.#hover(event));
     frame.addEventListener("pointerleave", () => this.#say("hover", { row: null }));
     frame.addEventListener("keydown", (event) => this.#key(event));
+    frame.addEventListener("keyup", (event) => (this.spaced &&= event.key !== " "));
+    frame.addEventListener("blur", () => (this.spaced = false));
     // A finger on a point drags it; elsewhere, while all is in sight, it scrolls the page.
     const held = (/** @type {TouchEvent} */ event) => {
       const [x, y] = this.#place(event.touches[0]);
@@ -128,8 +131,8 @@ export class PointEditor extends EventTarget {
 
   /** @param {PointerEvent} event */
   #press(event) {
-    if (!this.marks && !this.adding) return;
-    const panning = event.button === 1 || event.getModifierState("Space") || this.frame.dataset.space === "held";
+    if (this.picture.hidden) return;
+    const panning = event.button === 1 || this.spaced;
     if (event.button !== 0 && !panning) return;
     let [x, y] = this.#place(event);
     const row = panning ? null : this.at(x, y);
@@ -178,6 +181,7 @@ export class PointEditor extends EventTarget {
     else if (event.key === "+" || event.key === "=") this.viewport.zoom(1.25);
     else if (event.key === "-") this.viewport.zoom(0.8);
     else if (event.key === "0") this.viewport.fit();
+    else if (event.key === " ") this.spaced = true;
     else if (event.key === "Enter" && this.adding) {
       const { clientWidth, clientHeight } = this.frame;
       this.#say("add", { place: this.viewport.toPhoto(clientWidth / 2, clientHeight / 2) });

@@ -44,16 +44,15 @@ export class Preview extends EventTarget {
     const slow = setTimeout(() => this.#say("busy", true), PATIENCE);
     try {
       await this.prepare();
-      /** @type {Picture[]} */
-      const pictures = [];
       for (const view of views) {
         if (control.signal.aborted) return;
         // Clocks go on when the page is loaded again, and so does the order of requests.
         this.sequence = Math.max(this.sequence + 1, Date.now());
         const response = await this.render({ options, view, side, sequence: this.sequence }, control.signal);
-        pictures.push(await picture(view, response));
+        const made = await picture(view, response);
+        if (!control.signal.aborted) this.#say("picture", made);
       }
-      if (!control.signal.aborted) this.#say("pictures", pictures);
+      if (!control.signal.aborted) this.#say("done", null);
     } catch (error) {
       const overtaken = control.signal.aborted || isAborted(error) || /** @type {any} */ (error).code === "stale";
       if (!overtaken) this.#say("problem", error);

@@ -92,17 +92,16 @@ export class Stage extends EventTarget {
     for (const image of this.root.querySelectorAll(".before")) this.#show(/** @type {HTMLImageElement} */ (image), target);
   }
 
-  /** @param {import("./preview.js").Picture[]} pictures */
-  show(pictures) {
+  /** @param {import("./preview.js").Picture} picture */
+  show({ view, blob, window, views }) {
     this.root.classList.add("filled");
-    this.views = pictures[0].views;
+    this.views = views;
     for (const tab of this.tabs) {
       tab.hidden = !TABS[/** @type {Tab} */ (tab.dataset.tab)].some((view) => this.views.includes(view));
     }
-    for (const { view, blob, window } of pictures) {
-      const image = /** @type {HTMLImageElement} */ (this.#part(`[data-view="${view}"]`) ?? this.#figure(view));
-      this.#show(image, blob);
-      if (!image.classList.contains("over")) continue;
+    const image = /** @type {HTMLImageElement} */ (this.#part(`[data-view="${view}"]`) ?? this.#figure(view));
+    this.#show(image, blob);
+    if (image.classList.contains("over")) {
       const [left, top, width, height] = window.map((share) => `${share * 100}%`);
       Object.assign(image.style, { left, top, width, height });
     }
