@@ -104,7 +104,7 @@ class TestTransfer:
         away = off_the_face(studio.target_landmarks, changed.shape)
         assert 0.05 < away.mean() < 0.9
         assert not changed[away].any()
-        assert changed[~away].mean() > 0.5
+        assert changed[~away].mean() > 0.3
 
     def test_png_keeps_16_bits(self, studio, place, succeed):
         target = as_16_bits(studio.target)
