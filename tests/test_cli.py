@@ -734,7 +734,15 @@ class TestRefusals:
 PHOTOS = {"target", "reference", "target_landmarks", "target_face", "reference_landmarks", "reference_face"}
 OTHERS = {
     "transfer": PHOTOS - {"reference"}
-    | {"references", "second_reference", "second_landmarks", "second_face", "region_mask", "all_faces"}
+    | {
+        "references",
+        "second_reference",
+        "second_landmarks",
+        "second_face",
+        "region_mask",
+        "all_faces",
+        "config",
+    }
     | {"output", "swap", "stages", "sheet", "timings", "force", "as_json"},
     "align": PHOTOS | {"output", "force", "as_json"},
     "decompose": {"image", "output", "landmarks", "face", "eye_distance", "force", "as_json"},
@@ -743,6 +751,8 @@ OTHERS = {
     | {"force", "as_json"},
     "landmarks": {"image", "output", "overlay", "face", "force", "as_json"},
     "samples": {"folder", "force", "as_json"},
+    "studio": {"port", "opened"},
+    "serve": {"host", "port", "names", "page"},
 }
 OPTIONS = {
     "transfer": set(FIELDS),
