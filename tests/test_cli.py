@@ -751,7 +751,7 @@ OTHERS = {
     | {"force", "as_json"},
     "landmarks": {"image", "output", "overlay", "face", "force", "as_json"},
     "samples": {"folder", "force", "as_json"},
-    "studio": {"port", "opened"},
+    "studio": {"photos", "port", "opened"},
     "serve": {"host", "port", "names", "page"},
 }
 OPTIONS = {

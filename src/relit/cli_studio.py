@@ -9,6 +9,7 @@ from types import ModuleType
 import click
 
 from relit.errors import OptionError
+from relit.terminal import progress, read_photo
 
 _PORT = click.IntRange(0, 65535)
 
@@ -18,19 +19,28 @@ _PORT = click.IntRange(0, 65535)
     "--port", type=_PORT, default=0, help="Port of 127.0.0.1 to listen at. [default: any that is free]"
 )
 @click.option("--open/--no-open", "opened", default=True, show_default=True, help="Open a browser at it.")
-def studio(port: int, opened: bool) -> None:
+def studio(photos: tuple[str, ...], port: int, opened: bool) -> None:
     """Relight by hand and eye, on a page in your browser.
 
     The page is served on this machine alone. Photos stay in its memory, and nothing is sent elsewhere.
+    TARGET and REFERENCE can also be dropped onto the page.
     """
+    if len(photos) not in (0, 2):
+        raise click.UsageError("Give a TARGET and a REFERENCE, or neither.")
     server = _server()
+    sessions = server.Sessions()
+    token = ""
+    if photos:
+        with progress("Reading the photos"):
+            token = sessions.begin_with([read_photo(path) for path in photos])
 
     def ready(address: str) -> None:
+        address += f"#{token}" if token else ""
         click.echo(f"relit studio: {address} (Ctrl-C ends it)", err=True)
         if opened:
             webbrowser.open(address)
 
-    server.Server(server.create_app(), "127.0.0.1", port, ready).run()
+    server.Server(server.create_app(sessions=sessions), "127.0.0.1", port, ready).run()
 
 
 @click.command()

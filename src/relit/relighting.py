@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     from relit.image import Photo
     from relit.inputs import AnyLandmarks, AnyPhoto, Reference
 
-_CELL = 1 / 32  # of the interocular distance: the size of the membrane's cells
+_CELL = 1 / 20  # of the interocular distance: the size of the membrane's cells
 _SETTLED = 0.4  # interocular distances, over which a change that is carried on turns into the mean
 _LEAST = 1e-4  # brightness of 1 below which a relit plane is black
 

@@ -28,7 +28,7 @@ from relit.relighting import transfer
 from relit.samples import sample
 from relit.settings_file import Settings, as_json, as_points
 from relit.studio.pictures import VIEWS, jpeg, preview_of, rendered, views_of
-from relit.studio.sessions import EXPIRES, ROLES, Session, Sessions, Sitter, StudioError
+from relit.studio.sessions import EXPIRES, ROLES, Session, Sessions, Sitter, StudioError, seated
 
 Role = Literal["target", "reference"]
 if TYPE_CHECKING:
@@ -119,6 +119,12 @@ def routes(sessions: Sessions, most_pixels: int, most_bytes: int) -> APIRouter:
         one = sessions.get(session)
         data = await request.body()
         return await run_in_threadpool(_take, sessions, one, role, data, most_pixels)
+
+    @api.get("/sessions/{session}")
+    def about(session: str) -> dict[str, Any]:
+        """Describe the photos of a session, None where there is none."""
+        sitters = sessions.get(session).sitters
+        return {role: _about(sitters[role]) if role in sitters else None for role in ROLES}
 
     @api.get("/sessions/{session}/photos/{role}", response_class=Response)
     def get_photo(session: str, role: Role, side: Side = 1280) -> Response:
@@ -231,11 +237,7 @@ def _take(sessions: Sessions, session: Session, role: str, data: bytes, most_pix
     with _AT_ONCE:
         photo = read_image(io.BytesIO(data), max_pixels=most_pixels)
         check_pixels(photo.pixels, role)
-        try:
-            sitter = Sitter(photo, detect_landmarks(photo.pixels, name=role), True)
-        except FaceNotFoundError:
-            message = f"No face was found in the {role}; place landmarks by hand, or load a file of them."
-            sitter = Sitter(photo, None, False, message)
+        sitter = seated(photo, role)
     sessions.keep(session, role, sitter)
     return _about(sitter)
 

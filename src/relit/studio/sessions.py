@@ -8,9 +8,12 @@ import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from relit.errors import RelitError
+from relit.detect import detect_landmarks
+from relit.errors import FaceNotFoundError, RelitError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from relit.image import Photo
     from relit.landmarks import Landmarks
 
@@ -63,6 +66,15 @@ class Sitter:
     def size(self) -> int:
         """Bytes in memory, about."""
         return int(self.photo.pixels.nbytes)
+
+
+def seated(photo: Photo, role: str) -> Sitter:
+    """Return a photo with its face, if one is found."""
+    try:
+        return Sitter(photo, detect_landmarks(photo.pixels, name=role), True)
+    except FaceNotFoundError:
+        message = f"No face was found in the {role}; place landmarks by hand, or load a file of them."
+        return Sitter(photo, None, False, message)
 
 
 @dataclass
@@ -126,6 +138,14 @@ class Sessions:
             token = secrets.token_urlsafe(24)
             self._by_token[token] = Session()
             return token
+
+    def begin_with(self, photos: Sequence[Photo]) -> str:
+        """Begin a session that has a target and a reference already, and return its token."""
+        token = self.begin()
+        session = self.get(token)
+        for role, photo in zip(ROLES, photos, strict=True):
+            self.keep(session, role, seated(photo, role))
+        return token
 
     def get(self, token: str) -> Session:
         """Return a session.
