@@ -15,6 +15,7 @@ _PORT = click.IntRange(0, 65535)
 
 
 @click.command()
+@click.argument("photos", metavar="[TARGET REFERENCE]", nargs=-1)
 @click.option(
     "--port", type=_PORT, default=0, help="Port of 127.0.0.1 to listen at. [default: any that is free]"
 )
