@@ -104,7 +104,7 @@ class TestTransfer:
         away = off_the_face(studio.target_landmarks, changed.shape)
         assert 0.05 < away.mean() < 0.9
         assert not changed[away].any()
-        assert changed[~away].mean() > 0.5
+        assert changed[~away].mean() > 0.3
 
     def test_png_keeps_16_bits(self, studio, place, succeed):
         target = as_16_bits(studio.target)
@@ -734,7 +734,15 @@ class TestRefusals:
 PHOTOS = {"target", "reference", "target_landmarks", "target_face", "reference_landmarks", "reference_face"}
 OTHERS = {
     "transfer": PHOTOS - {"reference"}
-    | {"references", "second_reference", "second_landmarks", "second_face", "region_mask", "all_faces"}
+    | {
+        "references",
+        "second_reference",
+        "second_landmarks",
+        "second_face",
+        "region_mask",
+        "all_faces",
+        "config",
+    }
     | {"output", "swap", "stages", "sheet", "timings", "force", "as_json"},
     "align": PHOTOS | {"output", "force", "as_json"},
     "decompose": {"image", "output", "landmarks", "face", "eye_distance", "force", "as_json"},
@@ -743,6 +751,8 @@ OTHERS = {
     | {"force", "as_json"},
     "landmarks": {"image", "output", "overlay", "face", "force", "as_json"},
     "samples": {"folder", "force", "as_json"},
+    "studio": {"photos", "port", "opened"},
+    "serve": {"host", "port", "names", "page"},
 }
 OPTIONS = {
     "transfer": set(FIELDS),

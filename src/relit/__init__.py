@@ -18,6 +18,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from relit._version import VERSION
+
 if TYPE_CHECKING:
     from relit.alignment import Alignment, align
     from relit.certificate import Certificate, certify
@@ -41,7 +43,7 @@ if TYPE_CHECKING:
     from relit.results import Lighting, TransferResult
     from relit.samples import sample
 
-__version__ = "0.1.0"
+__version__ = VERSION
 
 # Public name → module. Imported when first used: the solvers bring a compiler along, the detector a runtime.
 # No module has the name of something public, which its import would hide.

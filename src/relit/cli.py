@@ -26,6 +26,7 @@ from relit.cli_options import (
     transfer_options,
 )
 from relit.cli_split import decompose, normalize
+from relit.cli_studio import serve, studio
 from relit.cli_transfer import transfer
 from relit.terminal import (
     Source,
@@ -166,5 +167,5 @@ def samples(folder: str, force: bool, as_json: bool) -> None:
     report(as_json, output=[str(path) for path in copy_samples(Path(folder), overwrite=force)])
 
 
-for _command in (transfer, decompose, normalize, evaluate):
+for _command in (transfer, decompose, normalize, evaluate, studio, serve):
     relit.add_command(_command)

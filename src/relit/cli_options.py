@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from relit.errors import OptionError
 from relit.options import TransferOptions
@@ -69,15 +70,23 @@ def transfer_options(*names: str) -> Decorator:
     return decorate
 
 
-def settings_of(given: dict[str, Any]) -> TransferOptions:
-    """Return options from what the command line gave; choices come back as the values they stand for."""
+def settings_of(given: dict[str, Any], saved: TransferOptions | None = None) -> TransferOptions:
+    """Return options from what the command line gave; choices come back as the values they stand for.
+
+    Of saved options, those stay that the command line does not give.
+    """
     known = {option.name: option for option in fields(TransferOptions)}
     values = {}
     for name, value in given.items():
         meant = [choice for choice in known[name].metadata["choices"] if str(choice) == value]
         values[name] = meant[0] if meant else value
+    if saved is not None:
+        source = click.get_current_context().get_parameter_source
+        values = {
+            name: value for name, value in values.items() if source(name) == ParameterSource.COMMANDLINE
+        }
     try:
-        return TransferOptions(**values)
+        return replace(saved or TransferOptions(), **values)
     except OptionError as error:
         # The user knows the flag, not the field.
         name, _, rest = str(error).partition(":")

@@ -17,6 +17,7 @@ from relit.cli_options import (
     transfer_options,
 )
 from relit.errors import ImageError
+from relit.settings_file import read_settings
 from relit.terminal import (
     PictureFolder,
     Source,
@@ -54,6 +55,11 @@ if TYPE_CHECKING:
 @face_options("second reference", "second_")
 @transfer_options()
 @click.option(
+    "--config",
+    metavar="FILE",
+    help="Settings that the studio saved: options and landmarks. What is given besides counts more.",
+)
+@click.option(
     "--region-mask",
     metavar="FILE",
     help="A picture of TARGET's size: white where it is to be relit, black where not, grey in between.",
@@ -80,6 +86,7 @@ def transfer(
     second_reference: str | None,
     second_landmarks: str | None,
     second_face: int | None,
+    config: str | None,
     region_mask: str | None,
     stages: str | None,
     sheet: str | None,
@@ -93,10 +100,14 @@ def transfer(
     TARGET and REFERENCE are photos; one of them may be - for stdin. Of several REFERENCEs, what most of them
     do counts. With --light there is none.
     """
-    settings = settings_of(given)
+    saved_settings = read_settings(config) if config else None
+    settings = settings_of(given, saved_settings.options if saved_settings else None)
     check_streams(output, as_json, target, *references, second_reference or "")
     sources = _sources("reference", references, reference_landmarks, reference_face)
     source = Source("target", target, target_landmarks, target_face)
+    if saved_settings:
+        source = source.knowing(saved_settings.target)
+        sources = [one.knowing(saved_settings.reference) for one in sources[:1]] + sources[1:]
     if swap:
         if len(sources) != 1:
             raise click.UsageError("--swap takes one REFERENCE.")
@@ -123,8 +134,8 @@ def transfer(
         check_destination(sheet, overwrite=force)
     watch = Stopwatch()
     with progress("Reading the photos"), watch("read"):
-        with pool(2) as at_once:
-            photo, *lights = at_once(read_photo, [source.path, *(one.path for one in sources)])
+        # One by one: a file that never ends can be interrupted here, but not in a thread.
+        photo, *lights = [read_photo(one.path) for one in (source, *sources)]
         second = read_photo(second_reference) if second_reference else None
         area = _lightness(read_image(region_mask), region_mask) if region_mask else None
     check_destination(output, like=photo, overwrite=force)

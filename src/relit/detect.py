@@ -70,14 +70,14 @@ def detect_landmarks(image: NDArray[Any], *, face: int = 0, name: str = "image")
     Traceback (most recent call last):
         ...
     relit.errors.FaceNotFoundError: target: no face found; use a photo with a larger, upright face turned \
-no more than 75°, or give landmarks placed by hand (--target-landmarks FILE)
+no more than 75°, or place landmarks by hand (in relit studio, or --target-landmarks FILE)
     """
     found = detect_faces(image, name=name)
     if not found:
         option = f"--{name}-landmarks FILE" if name in ("target", "reference") else "--landmarks FILE"
         raise FaceNotFoundError(
             f"{name}: no face found; use a photo with a larger, upright face turned no more than 75°, or "
-            f"give landmarks placed by hand ({option})"
+            f"place landmarks by hand (in relit studio, or {option})"
         )
     if not 0 <= face < len(found):
         raise FaceNotFoundError(

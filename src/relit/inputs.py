@@ -59,14 +59,19 @@ class Reference(NamedTuple):
 
 
 def seen_reference(
-    given: AnyPhoto, marks: AnyLandmarks | None, name: str, here: Landmarks, settings: TransferOptions
+    given: AnyPhoto,
+    marks: AnyLandmarks | None,
+    name: str,
+    here: Landmarks,
+    settings: TransferOptions,
+    detail: float,
 ) -> Reference:
     """Check a reference, find its face if need be, and reduce it."""
     photo = as_photo(given, "second_reference" if name == "second" else name)
     landmarks = landmarks_of(photo.pixels, marks, name)
     check_pair(here, landmarks)
     check_inside(landmarks, photo.pixels.shape, f"{name}_landmarks")
-    view = view_of(photo.pixels, landmarks, _whole(photo.pixels.shape), _factor(landmarks, settings))
+    view = view_of(photo.pixels, landmarks, _whole(photo.pixels.shape), _factor(landmarks, settings, detail))
     seen = replace(photo, pixels=view.pixels, alpha=None)
     return Reference(photo.pixels, landmarks, seen, view.landmarks)
 
@@ -85,9 +90,9 @@ def laid_over(photo: Photo, view: View, light: Reference, options: TransferOptio
     )
 
 
-def face_view(image: NDArray[Any], landmarks: Landmarks, options: TransferOptions) -> View:
+def face_view(image: NDArray[Any], landmarks: Landmarks, options: TransferOptions, detail: float) -> View:
     """Return the view that a method gets of a target."""
-    factor = _factor(landmarks, options)
+    factor = _factor(landmarks, options, detail)
     if not options.mask:
         return view_of(image, landmarks, _whole(image.shape), factor)
     points = np.vstack([face_outline(landmarks), landmarks.xy])
@@ -95,11 +100,12 @@ def face_view(image: NDArray[Any], landmarks: Landmarks, options: TransferOption
     return view_of(image, landmarks, window_round(points, margin, image.shape, factor), factor)
 
 
-def _factor(landmarks: Landmarks, options: TransferOptions) -> int:
+def _factor(landmarks: Landmarks, options: TransferOptions, detail: float) -> int:
     """Return by how much a photo can be reduced before its face is smaller than the method needs."""
     if options.full_resolution:
         return 1
-    return max(int(landmarks.interocular_distance / _WORKING.get(options.method, _WORKING_OTHERS)), 1)
+    least = detail * _WORKING.get(options.method, _WORKING_OTHERS)
+    return max(int(landmarks.interocular_distance / least), 1)
 
 
 def _whole(shape: tuple[int, ...]) -> Window:

@@ -106,7 +106,9 @@ def _solved(
 ) -> NDArray[np.float64]:
     """Return b and a by least squares; a is not negative."""
     columns = np.column_stack([surface, np.ones_like(brightness) if ones is None else ones])
-    solution = np.linalg.lstsq(columns, brightness, rcond=None)[0]
+    # The normal equations, of four unknowns; a face that is flat or black leaves some of them open.
+    square, right = columns.T @ columns, columns.T @ brightness
+    solution = np.linalg.lstsq(square, right, rcond=None)[0]
     if solution[3] < 0:
-        solution = np.append(np.linalg.lstsq(surface, brightness, rcond=None)[0], 0.0)
+        solution = np.append(np.linalg.lstsq(square[:3, :3], right[:3], rcond=None)[0], 0.0)
     return np.asarray(solution)

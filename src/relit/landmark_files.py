@@ -44,7 +44,7 @@ class _Format(NamedTuple):
     write: Callable[[Landmarks, str], str]
 
 
-_FORMATS = {
+FORMATS = {
     ".pts": _Format(lines.read_pts, lines.write_pts),
     ".tem": _Format(lines.read_tem, lines.write_tem),
     ".json": _Format(trees.read_json, trees.write_json),
@@ -178,10 +178,10 @@ def check_landmark_destination(path: str | Path, *, overwrite: bool = False) -> 
 def _format_of(path: Path, name: str | None, error: type[LandmarkError | OutputError]) -> _Format:
     extension = "." + name.removeprefix(".") if name is not None else path.suffix
     try:
-        return _FORMATS[extension.lower()]
+        return FORMATS[extension.lower()]
     except KeyError:
         raise error(
-            f"{path}: unknown landmark format {extension!r}; use one of {', '.join(_FORMATS)} "
+            f"{path}: unknown landmark format {extension!r}; use one of {', '.join(FORMATS)} "
             "as extension or as format="
         ) from None
 

@@ -17,6 +17,7 @@ import numpy as np
 from relit.blending import base_of, blend
 from relit.compose import face_mask, part_mask
 from relit.control import controlled
+from relit.errors import OptionError
 from relit.face_shape import face_shape
 from relit.image import in_one_profile
 from relit.inputs import (
@@ -53,7 +54,7 @@ if TYPE_CHECKING:
     from relit.image import Photo
     from relit.inputs import AnyLandmarks, AnyPhoto, Reference
 
-_CELL = 1 / 32  # of the interocular distance: the size of the membrane's cells
+_CELL = 1 / 20  # of the interocular distance: the size of the membrane's cells
 _SETTLED = 0.4  # interocular distances, over which a change that is carried on turns into the mean
 _LEAST = 1e-4  # brightness of 1 below which a relit plane is black
 
@@ -67,6 +68,7 @@ def transfer(
     second_reference: AnyPhoto | None = None,
     second_landmarks: AnyLandmarks | None = None,
     region_mask: NDArray[Any] | None = None,
+    detail: float = 1.0,
     options: TransferOptions | None = None,
     **changes: Any,
 ) -> TransferResult:
@@ -92,6 +94,9 @@ def transfer(
         reference is.
     region_mask : (H, W) array, optional
         Share of the change that is made at each pixel of the target: uint8, uint16, or float in [0, 1].
+    detail : float
+        The least size at which a face is looked at, over that which the method asks for: less is a quicker
+        preview.
     options : TransferOptions, optional
         How to relight.
     **changes
@@ -129,6 +134,8 @@ def transfer(
     """
     settings = (options or TransferOptions()).changed(**changes)
     photo = as_photo(target, "target")
+    if not (np.isfinite(detail) and detail > 0):
+        raise OptionError(f"detail: expected a finite number above 0, got {detail!r}")
     given = given_references(reference, reference_landmarks, settings)
     check_second(second_reference, given, settings.method)
     check_region_mask(region_mask, photo.pixels.shape)
@@ -137,13 +144,13 @@ def transfer(
     with watch("look"):
         here = landmarks_of(photo.pixels, target_landmarks, "target")
         check_inside(here, photo.pixels.shape, "target_landmarks")
-        lights = [seen_reference(one, marks, "reference", here, settings) for one, marks in given]
+        lights = [seen_reference(one, marks, "reference", here, settings, detail) for one, marks in given]
         second = None
         if second_reference is not None:
-            second = seen_reference(second_reference, second_landmarks, "second", here, settings)
+            second = seen_reference(second_reference, second_landmarks, "second", here, settings, detail)
         for light in lights:
             photo = in_one_profile(photo, light.photo)[0]
-        view = face_view(photo.pixels, here, settings)
+        view = face_view(photo.pixels, here, settings, detail)
         grey = not lights or lights[0].photo.pixels.ndim == 2
         space = plane_space(photo.pixels.ndim == 2, grey, settings.color_space, settings.lit_channels)  # type: ignore[arg-type]
         face = face_mask(view.landmarks, view.pixels.shape) > 0.5

@@ -167,6 +167,11 @@ class Source(NamedTuple):
     path: str
     landmarks: str | None
     face: int | None
+    known: Landmarks | None = None
+
+    def knowing(self, landmarks: Landmarks | None) -> Source:
+        """Return the same with landmarks that count where no others are given."""
+        return self if self.landmarks is not None or self.face is not None else self._replace(known=landmarks)
 
     def face_in(self, photo: Photo) -> Landmarks:
         """Read the landmarks, or find them."""
@@ -178,6 +183,9 @@ class Source(NamedTuple):
             found = read_landmarks(self.landmarks, face=self.face)
             check_inside(found, photo.pixels.shape, f"{self.argument}_landmarks")
             return found
+        if self.known is not None:
+            check_inside(self.known, photo.pixels.shape, f"{self.argument}_landmarks")
+            return self.known
         return detect_landmarks(photo.pixels, face=self.face or 0, name=self.argument)
 
 

@@ -1,0 +1,120 @@
+"""The studio as an ASGI application, and the server that runs it."""
+
+from __future__ import annotations
+
+from importlib import resources
+from socket import socket
+from typing import TYPE_CHECKING
+
+import uvicorn
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import FileResponse, JSONResponse
+from fastapi.staticfiles import StaticFiles
+
+from relit._version import VERSION
+from relit.errors import RelitError
+from relit.studio.api import Problem, failure_of, routes
+from relit.studio.guard import Guard
+from relit.studio.sessions import Sessions
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from starlette.types import ASGIApp
+
+#: What an upload may hold, at most.
+MOST_BYTES = 200_000_000
+MOST_PIXELS = 100_000_000
+
+#: Names by which a browser on this machine calls it.
+LOCAL = ("127.0.0.1", "localhost", "::1")
+
+
+def create_app(
+    *,
+    hosts: Sequence[str] = LOCAL,
+    page: bool = True,
+    most_bytes: int = MOST_BYTES,
+    most_pixels: int = MOST_PIXELS,
+    sessions: Sessions | None = None,
+) -> ASGIApp:
+    """Return the application.
+
+    Parameters
+    ----------
+    hosts : sequence of str
+        Names, without a port, that it may be called by.
+    page : bool
+        Whether it shows the page, or is the API alone.
+    most_bytes, most_pixels : int
+        What an upload may hold.
+    sessions : Sessions, optional
+        Where photos are kept; by default a new store.
+
+    Returns
+    -------
+    ASGI application
+    """
+    app = FastAPI(
+        title="relit studio",
+        version=VERSION,
+        description="Carry the light of one face photo to another.",
+        docs_url=None,  # their pages load scripts from elsewhere
+        redoc_url=None,
+        openapi_url="/api/v1/openapi.json",
+    )
+    app.include_router(routes(sessions or Sessions(), most_pixels, most_bytes))
+
+    @app.exception_handler(RelitError)
+    def refuse(_request: Request, error: RelitError) -> JSONResponse:
+        status, problem = failure_of(error)
+        return JSONResponse({"error": problem.model_dump()}, status)
+
+    @app.exception_handler(RequestValidationError)
+    def invalid(_request: Request, error: RequestValidationError) -> JSONResponse:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        problem = Problem(code="bad_request", message=f"{where}: {first['msg']}")
+        return JSONResponse({"error": problem.model_dump()}, 422)
+
+    if page:
+        static = resources.files("relit.studio") / "static"
+        app.mount("/static", StaticFiles(directory=str(static)), name="static")
+
+        @app.get("/", include_in_schema=False)
+        def index() -> FileResponse:
+            return FileResponse(str(static / "index.html"), media_type="text/html")
+
+    return Guard(app, hosts, most_bytes)
+
+
+class Server(uvicorn.Server):
+    """A server that tells the address of the page once it can be opened.
+
+    Parameters
+    ----------
+    app : ASGI application
+    host : str
+        Address to listen at.
+    port : int
+        0 for any that is free.
+    ready : callable
+        Told the address. `run` returns when the process is interrupted, or `should_exit` is set.
+    """
+
+    def __init__(self, app: ASGIApp, host: str, port: int, ready: Callable[[str], None]) -> None:
+        super().__init__(
+            uvicorn.Config(
+                app, host=host, port=port, log_level="warning", server_header=False, lifespan="off"
+            )
+        )
+        self._ready = ready
+
+    async def startup(self, sockets: list[socket] | None = None) -> None:
+        """Begin to listen."""
+        await super().startup(sockets)
+        if self.started:
+            host, port = self.servers[0].sockets[0].getsockname()[:2]
+            name = {"0.0.0.0": "127.0.0.1", "::": "[::1]", "::1": "[::1]"}.get(host, host)
+            self._ready(f"http://{name}:{port}/")

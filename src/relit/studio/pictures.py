@@ -1,0 +1,98 @@
+"""What the page shows: photos at the size of a screen, and the views of a transfer."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from PIL import Image
+
+from relit.figures import stage_pictures
+from relit.pixels import from_unit, to_unit
+from relit.relighting import transfer
+from relit.studio.sessions import Session, Sitter, StudioError
+from relit.views import reduced
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from relit.image import Photo
+    from relit.landmarks import Landmarks
+    from relit.options import TransferOptions
+    from relit.results import TransferResult
+
+#: Names of the views, in the order in which they are shown; a method has some of them.
+VIEWS = {
+    "result": "result",
+    "warped": "warped_reference",
+    "target_light": "target_light",
+    "new_light": "new_light",
+    "person": "person",
+    "target_u": "target_u",
+    "target_v": "target_v",
+    "reference_u": "reference_u",
+    "reference_v": "reference_v",
+    "mask": "mask",
+    "known": "known",
+    "difference": "difference",
+}
+
+_QUALITY = 90
+_DETAIL = 0.55  # of the size that a method asks for: enough for the eye, in a tenth of a second
+
+
+def preview_of(sitter: Sitter, side: int) -> Photo:
+    """Return the photo in sRGB, its longest side at most so many px and reduced by a whole factor."""
+    if side not in sitter.previews:
+        photo = replace(sitter.photo, alpha=None)
+        factor = max(1, -(-max(photo.pixels.shape[:2]) // side))
+        small = replace(photo, pixels=reduced(photo.pixels, factor)).to_profile(None)
+        if len(sitter.previews) > 2:
+            sitter.previews.clear()
+        sitter.previews[side] = replace(small, pixels=from_unit(to_unit(small.pixels), np.uint8))
+    return sitter.previews[side]
+
+
+def rendered(session: Session, options: TransferOptions, side: int) -> tuple[TransferResult, int]:
+    """Relight the session's target at the size of a preview; return by how much that was reduced, too."""
+    target, here, factor = _at_size(session, "target", side)
+    if options.light is not None:
+        return transfer(target, target_landmarks=here, options=options, detail=_DETAIL), factor
+    reference, there, _ = _at_size(session, "reference", side)
+    result = transfer(
+        target,
+        reference,
+        target_landmarks=here,
+        reference_landmarks=there,
+        options=options,
+        detail=_DETAIL,
+    )
+    return result, factor
+
+
+def _at_size(session: Session, role: str, side: int) -> tuple[Photo, Landmarks, int]:
+    sitter = session.sitter(role)
+    if sitter.landmarks is None:
+        raise StudioError(409, "no_face", f"The {role} has no landmarks yet; place them by hand.")
+    photo = preview_of(sitter, side)
+    factor = max(1, -(-max(sitter.photo.pixels.shape[:2]) // side))
+    return photo, sitter.landmarks.reduced(factor), factor
+
+
+def views_of(result: TransferResult) -> dict[str, NDArray[Any]]:
+    """Return the pictures of a transfer by the names of their views."""
+    stages = stage_pictures(result)
+    before = to_unit(result.target)
+    if before.ndim < result.image.ndim:
+        before = np.repeat(before[..., None], 3, axis=2)
+    stages["difference"] = from_unit((to_unit(result.image) - before) / 2 + 0.5, np.uint8)
+    return {view: stages[stage] for view, stage in VIEWS.items() if stage in stages}
+
+
+def jpeg(pixels: NDArray[Any]) -> bytes:
+    """Return pixels as a JPEG."""
+    buffer = io.BytesIO()
+    Image.fromarray(from_unit(to_unit(pixels), np.uint8)).save(buffer, "JPEG", quality=_QUALITY)
+    return buffer.getvalue()
