@@ -354,8 +354,28 @@ def test_visitors_do_not_see_each_others_photos(visit):
     first.reload()
     first.wait_for_selector(".stage.filled")
     assert first.locator(".photo.filled").count() == 2
+    first.fill("#option-strength-number", "0.5")
+    first.keyboard.press("Tab")
+    settled(first)
+    first.reload()
+    first.wait_for_selector(".stage.filled")
+    assert first.input_value("#option-strength-number") == "0.5"
     tokens = {json.loads(one.evaluate("sessionStorage.getItem('relit')"))["session"] for one in (first, second)}
     assert len(tokens) == 2
+
+
+def test_a_session_in_the_address_is_opened_and_does_not_stay_there(visit, address):
+    first, second = with_samples(visit()), visit()
+    token = json.loads(first.evaluate("sessionStorage.getItem('relit')"))["session"]
+    second.goto("about:blank")
+    second.goto(f"{address}#{token}")
+    second.wait_for_selector(".stage.filled")
+    assert second.url == address
+    np.testing.assert_array_equal(points(second, "target"), points(first, "target"))
+    second.goto("about:blank")
+    second.goto(f"{address}#nobody")
+    second.wait_for_selector("#samples:enabled")
+    assert second.locator(".photo.filled").count() == 0
 
 
 @pytest.mark.parametrize("width", [360, 1280, 3840])

@@ -69,6 +69,11 @@ export class Session {
     return new Session((await askJson("/sessions", { method: "POST" })).session);
   }
 
+  /** @returns {Promise<Record<Role, Photo | null>>} */
+  about() {
+    return askJson(this.path);
+  }
+
   /** @returns {Promise<Record<Role, Photo>>} */
   samples() {
     return askJson(`${this.path}/samples`, { method: "POST" });

@@ -164,7 +164,8 @@ function rangeOf({ at_least, at_most, above, default: standard }) {
 
 /**
  * @template {keyof HTMLElementTagNameMap} K
- * @param {K} tag @param {Partial<HTMLElementTagNameMap[K]>} properties
+ * @param {K} tag @param {Record<string, unknown>} properties
+ * @returns {HTMLElementTagNameMap[K]}
  */
 function make(tag, properties) {
   return Object.assign(document.createElement(tag), properties);

@@ -1,7 +1,7 @@
 // @ts-check
 /** The page: what the visitor does becomes the document, and the document is shown. */
 
-import { ApiError, Session, fetchOptions } from "./api.js";
+import { ApiError, fetchOptions } from "./api.js";
 import { Controls } from "./controls.js";
 import { guardPage, save } from "./files.js";
 import { Panel } from "./panel.js";
@@ -11,6 +11,7 @@ import { Preview } from "./preview.js";
 import { Stage } from "./stage.js";
 import { Store } from "./state.js";
 import { Sync } from "./sync.js";
+import { begin, keep } from "./visit.js";
 
 /**
  * @typedef {import("./api.js").Role} Role
@@ -18,7 +19,6 @@ import { Sync } from "./sync.js";
  */
 
 const SIDE = 1600; // px of a photo that is shown for its landmarks
-const KEPT = "relit"; // key of what outlives a reload of the page
 
 const $ = (/** @type {string} */ id) => /** @type {any} */ (document.getElementById(id));
 const say = (/** @type {string} */ text) => ($("status").textContent = text);
@@ -26,12 +26,9 @@ const say = (/** @type {string} */ text) => ($("status").textContent = text);
 async function start() {
   guardPage();
   const offer = await fetchOptions();
-  const kept = JSON.parse(sessionStorage.getItem(KEPT) ?? "null");
-  const session = kept ? new Session(kept.session) : await Session.open();
-  /** @type {Record<Role, import("./api.js").Photo | null>} */
-  let photos = { target: null, reference: null };
+  const { session, photos, kept } = await begin();
   /** @type {Record<Role, string>} */
-  let names = { target: "", reference: "" };
+  let names = kept?.names ?? { target: "", reference: "" };
   let took = 0;
 
   const controls = new Controls(offer.options, $("first"), $("more"));
@@ -49,11 +46,7 @@ async function start() {
     () => sync.push(() => store.now.faces),
   );
 
-  const keep = () =>
-    sessionStorage.setItem(
-      KEPT,
-      JSON.stringify({ session: session.token, photos: { ...photos }, names, options: store.now.options }),
-    );
+  const note = () => keep({ session: session.token, names, options: store.now.options });
 
   /** Whether there is enough to relight. */
   const ready = () => {
@@ -75,14 +68,14 @@ async function start() {
 
   /** @param {Role} role @param {import("./api.js").Photo} photo */
   const showPhoto = async (role, photo) => {
-    photos[role] = { ...photo, landmarks: null };
+    photos[role] = photo;
     const blob = await session.picture(role, SIDE);
     panels[role].show(blob, photo, names[role]);
     panels[role].problem(photo.message ?? "");
     if (role === "target") stage.before(blob, photo);
   };
 
-  /** @param {Partial<Record<Role, import("./api.js").Photo>>} given */
+  /** @param {Partial<Record<Role, import("./api.js").Photo | null>>} given */
   const take = async (given) => {
     const faces = { ...store.now.faces };
     for (const role of ROLES) {
@@ -94,7 +87,7 @@ async function start() {
     }
     stage.clear();
     store.reset({ faces });
-    keep();
+    note();
   };
 
   /** Do what the server may refuse, and show where. @param {Role | null} role @param {() => Promise<void>} act */
@@ -162,7 +155,7 @@ async function start() {
       sync.held = { target: sync.held.reference, reference: sync.held.target };
       for (const role of ROLES) await showPhoto(role, given[role]);
       store.map((one) => ({ ...one, faces: { target: one.faces.reference, reference: one.faces.target } }));
-      keep();
+      note();
       say("Target and reference have changed places.");
     }),
   );
@@ -207,7 +200,7 @@ async function start() {
     const { before } = /** @type {CustomEvent<{before: Document}>} */ (event).detail;
     if (before.options !== store.now.options) {
       controls.show(store.now.options);
-      keep();
+      note();
     }
     tools.show();
     refresh();
@@ -248,34 +241,9 @@ async function start() {
 
   // What lambda means, under the first option, which it is.
   $("first").firstElementChild?.append($("finest"));
-  controls.show(store.now.options);
-  keep();
-  if (kept) await restore();
+  store.reset({ options: { ...controls.defaults, ...kept?.options } });
+  await take(photos);
   $("samples").disabled = false;
-  tools.show();
-  refresh();
-
-  /** Show again what the server still holds after a reload of the page. */
-  async function restore() {
-    const faces = { ...store.now.faces };
-    ({ names } = kept);
-    for (const role of ROLES) {
-      if (!kept.photos[role]) continue;
-      try {
-        const landmarks = await session.landmarks(role);
-        faces[role] = landmarks;
-        await showPhoto(role, { ...kept.photos[role], landmarks });
-        sync.knows(role, { target: null, reference: null, [role]: faces[role] });
-      } catch (error) {
-        if (!(error instanceof ApiError)) throw error;
-        // The session has run out: begin a new one.
-        sessionStorage.removeItem(KEPT);
-        location.reload();
-        return;
-      }
-    }
-    store.reset({ faces, options: { ...controls.defaults, ...kept.options } });
-  }
 }
 
 /** @param {number} bytes */

@@ -50,7 +50,7 @@ export class Stage extends EventTarget {
     opacity.addEventListener("input", fade);
     fade();
     for (const tab of this.tabs) tab.addEventListener("click", () => this.open(/** @type {Tab} */ (tab.dataset.tab)));
-    this.#part("[role=tablist]").addEventListener("keydown", (event) => this.#key(event));
+    this.#part("[role=tablist]").addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => this.#key(event));
     this.#part("#close").addEventListener("click", () => {
       this.close = !this.close;
       this.frame();
