@@ -22,6 +22,22 @@ pytestmark = [
     pytest.mark.skipif(not BROWSER.exists(), reason=f"the browser tests need {BROWSER}"),
 ]
 WAIT = 30_000  # ms
+#: The pixels of the result that is shown, or of one that is asked for.
+PIXELS = """async (request) => {
+    let picture = document.querySelector("[data-view=result]");
+    if (request) {
+        const { session } = JSON.parse(sessionStorage.getItem("relit"));
+        const headers = { "Content-Type": "application/json" };
+        const init = { method: "POST", headers, body: JSON.stringify(request) };
+        const answer = await fetch(`/api/v1/sessions/${session}/render`, init);
+        picture = await createImageBitmap(await answer.blob());
+    }
+    const canvas = document.createElement("canvas");
+    canvas.width = picture.naturalWidth ?? picture.width;
+    canvas.height = picture.naturalHeight ?? picture.height;
+    canvas.getContext("2d").drawImage(picture, 0, 0);
+    return canvas.toDataURL();
+}"""
 
 
 @pytest.fixture(scope="module")
@@ -105,12 +121,9 @@ def settled(page):
 
 
 def on_screen(page, role, place):
-    """Return where a pixel of the photo is seen, and how many px of the screen one takes, from the picture."""
+    """Return where a pixel of the photo is seen, and how large it is there, by where the picture is."""
     box = page.locator(f".photo[data-role={role}] .frame img").bounding_box()
-    width = api(page, f"/photos/{role}?side=64")[0] and int(
-        page.locator(f".photo[data-role={role}] .facts").inner_text().split(" · ")[1].split(" × ")[0]
-    )
-    scale = box["width"] / width
+    scale = box["width"] / api(page, "")[1][role]["width"]
     return box["x"] + (place[0] + 0.5) * scale, box["y"] + (place[1] + 0.5) * scale, scale
 
 
@@ -176,6 +189,25 @@ def test_the_whole_story(visit):
     with packed, packed.open("relit.png") as picture:
         assert Image.open(picture).size == (910, 1137)
         assert "0.1" in packed.read("settings.json").decode()
+
+
+def test_the_newest_change_wins(visit):
+    page = with_samples(visit())
+    asked = []
+    page.on("request", lambda sent: asked.append(sent.post_data_json) if "/render" in sent.url else None)
+    page.focus("#option-strength")
+    for _ in range(30):
+        page.keyboard.press("ArrowRight")
+    settled(page)
+    newest = asked[-1]
+    assert newest["options"]["strength"] == 2.5
+    sequences = [one["sequence"] for one in asked]
+    assert sequences == sorted(set(sequences))
+    seen = page.evaluate(PIXELS, None)
+    for strength, alike in ((2.5, True), (1.0, False)):
+        newest["sequence"] += 1
+        newest["options"]["strength"] = strength
+        assert (page.evaluate(PIXELS, newest) == seen) is alike
 
 
 def test_every_view_of_a_method_is_shown(visit):
@@ -254,7 +286,10 @@ def test_by_keyboard_alone(visit):
 def test_pairs_are_placed_by_hand_where_there_is_no_face(visit, tmp_path):
     page = visit()
     shade = np.linspace(40, 200, 400).astype(np.uint8)
-    for role, pixels in (("target", np.tile(shade, (300, 1))), ("reference", np.tile(shade[:300, None], 400))):
+    for role, pixels in (
+        ("target", np.tile(shade, (300, 1))),
+        ("reference", np.tile(shade[:300, None], 400)),
+    ):
         Image.fromarray(pixels).save(tmp_path / f"{role}.png")
         page.set_input_files(f".photo[data-role={role}] .head input", tmp_path / f"{role}.png")
         page.wait_for_selector(f".photo[data-role={role}].filled")
@@ -322,7 +357,9 @@ def test_landmarks_go_to_a_file_and_back(visit, tmp_path):
     page = with_samples(visit())
     before = points(page, "target")
     formats = page.locator(".photo[data-role=target] .landmark-format option").all_inner_texts()
-    assert formats == page.evaluate("fetch('/api/v1/options').then(r => r.json()).then(o => o.landmark_formats)")
+    assert formats == page.evaluate(
+        "fetch('/api/v1/options').then(r => r.json()).then(o => o.landmark_formats)"
+    )
     for suffix in formats:
         page.select_option(".photo[data-role=target] .landmark-format", suffix)
         with page.expect_download() as download:
@@ -360,7 +397,9 @@ def test_visitors_do_not_see_each_others_photos(visit):
     first.reload()
     first.wait_for_selector(".stage.filled")
     assert first.input_value("#option-strength-number") == "0.5"
-    tokens = {json.loads(one.evaluate("sessionStorage.getItem('relit')"))["session"] for one in (first, second)}
+    tokens = {
+        json.loads(one.evaluate("sessionStorage.getItem('relit')"))["session"] for one in (first, second)
+    }
     assert len(tokens) == 2
 
 

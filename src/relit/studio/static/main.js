@@ -51,7 +51,7 @@ async function start() {
   /** Whether there is enough to relight. */
   const ready = () => {
     const lit = Boolean(store.now.options.light);
-    return Boolean(photos.target && tools.usable("target") && (lit || (photos.reference && tools.usable("reference"))));
+    return Boolean(photos.target && tools.usable("target") && (lit || (photos.reference && tools.paired)));
   };
 
   const refresh = () => {
@@ -168,6 +168,7 @@ async function start() {
         sync.knows(role, { target: null, reference: null, [role]: faces[role] });
       });
     }
+    tools.add(false);
     store.set({ faces });
   });
   $("export").addEventListener("click", () =>

@@ -73,6 +73,7 @@ export class Stage extends EventTarget {
   /** @param {Tab} name */
   open(name) {
     this.tab = name;
+    this.root.dataset.tab = name;
     for (const tab of this.tabs) {
       const chosen = tab.dataset.tab === name;
       tab.setAttribute("aria-selected", String(chosen));

@@ -52,6 +52,11 @@ export class PointTools {
     return toSend(this.faces, role) !== null;
   }
 
+  /** Whether one face can be laid on the other. */
+  get paired() {
+    return this.usable("reference") && pairable(this.faces);
+  }
+
   /** @param {number | null} row */
   choose(row) {
     this.chosen = row;
