@@ -1,0 +1,131 @@
+// @ts-check
+/** The HTTP API, and nothing that knows of the page. */
+
+const BASE = "/api/v1";
+
+/**
+ * @typedef {"target" | "reference"} Role
+ * @typedef {{scheme: string, points: (number[] | null)[], groups: Record<string, number[]>, detected: boolean}} Marks
+ * @typedef {{width: number, height: number, landmarks: Marks | null, message: string | null}} Photo
+ * @typedef {{name: string, flag: string, help: string, default: any, kind: string, choices: any[],
+ *   words: string[], at_least: number | null, at_most: number | null, above: number | null}} Option
+ * @typedef {{options: Option[], landmark_formats: string[], limits: {bytes: number, pixels: number}}} Offer
+ */
+
+/** What the server refused, in its own words for the user. */
+export class ApiError extends Error {
+  /** @param {number} status @param {string} code @param {string} message */
+  constructor(status, code, message) {
+    super(message);
+    this.status = status;
+    this.code = code;
+  }
+}
+
+/** @param {unknown} error */
+export function isAborted(error) {
+  return error instanceof DOMException && error.name === "AbortError";
+}
+
+/**
+ * @param {string} path
+ * @param {{method?: string, json?: unknown, body?: Blob, signal?: AbortSignal}} [request]
+ */
+async function ask(path, { method = "GET", json, body, signal } = {}) {
+  /** @type {RequestInit} */
+  const init = { method, signal, body, headers: {}, cache: "no-store" };
+  if (json !== undefined) {
+    init.headers = { "Content-Type": "application/json" };
+    init.body = JSON.stringify(json);
+  }
+  let response;
+  try {
+    response = await fetch(BASE + path, init);
+  } catch (error) {
+    if (isAborted(error)) throw error;
+    throw new ApiError(0, "unreachable", "The studio does not answer. Is relit studio still running?");
+  }
+  if (response.ok) return response;
+  const said = await response.json().catch(() => null);
+  const fallback = `The studio answered with ${response.status}. Try again, or reload the page.`;
+  throw new ApiError(response.status, said?.error?.code ?? "failed", said?.error?.message ?? fallback);
+}
+
+/** @param {string} path @param {Parameters<typeof ask>[1]} [request] */
+const askJson = async (path, request) => (await ask(path, request)).json();
+
+/** @returns {Promise<Offer>} */
+export const fetchOptions = () => askJson("/options");
+
+/** One visitor's photos on the server. */
+export class Session {
+  /** @param {string} token */
+  constructor(token) {
+    this.token = token;
+    this.path = `/sessions/${token}`;
+  }
+
+  static async open() {
+    return new Session((await askJson("/sessions", { method: "POST" })).session);
+  }
+
+  /** @returns {Promise<Record<Role, Photo | null>>} */
+  about() {
+    return askJson(this.path);
+  }
+
+  /** @returns {Promise<Record<Role, Photo>>} */
+  samples() {
+    return askJson(`${this.path}/samples`, { method: "POST" });
+  }
+
+  /** @returns {Promise<Record<Role, Photo>>} */
+  swap() {
+    return askJson(`${this.path}/swap`, { method: "POST" });
+  }
+
+  /** @param {Role} role @param {Blob} file @returns {Promise<Photo>} */
+  upload(role, file) {
+    return askJson(`${this.path}/photos/${role}`, { method: "PUT", body: file });
+  }
+
+  /** @param {Role} role @param {number} side */
+  async picture(role, side) {
+    return (await ask(`${this.path}/photos/${role}?side=${side}`)).blob();
+  }
+
+  /** @param {Role} role @returns {Promise<Marks>} */
+  landmarks(role) {
+    return askJson(`${this.path}/landmarks/${role}`);
+  }
+
+  /** @param {Role} role @param {{scheme: string, points: number[][]}} marks @returns {Promise<Marks>} */
+  place(role, marks) {
+    return askJson(`${this.path}/landmarks/${role}`, { method: "PUT", json: marks });
+  }
+
+  /** @param {Role} role @returns {Promise<Marks>} */
+  detect(role) {
+    return askJson(`${this.path}/landmarks/${role}/detect`, { method: "POST" });
+  }
+
+  /** @param {Role} role @param {string} format */
+  async saveLandmarks(role, format) {
+    return (await ask(`${this.path}/landmarks/${role}/file?format=${format}`)).blob();
+  }
+
+  /** @param {Role} role @param {string} format @param {Blob} file @returns {Promise<Marks>} */
+  loadLandmarks(role, format, file) {
+    return askJson(`${this.path}/landmarks/${role}/file?format=${format}`, { method: "PUT", body: file });
+  }
+
+  /** @param {unknown} request @param {AbortSignal} [signal] */
+  render(request, signal) {
+    return ask(`${this.path}/render`, { method: "POST", json: request, signal });
+  }
+
+  /** @param {unknown} request */
+  async export(request) {
+    return (await ask(`${this.path}/export`, { method: "POST", json: request })).blob();
+  }
+}

@@ -1,0 +1,172 @@
+// @ts-check
+/** A form made of what the server says of its options: names, ranges, words and help. */
+
+/** @typedef {import("./api.js").Option} Option */
+
+/** What is used most, in this order; everything else goes under "more". */
+const FIRST = ["lam", "strength", "exposure", "tint", "method", "light", "region", "mask"];
+const NUMBER = "#"; // choice of the select that stands for the number beside it
+
+export class Controls extends EventTarget {
+  /** @param {Option[]} options @param {HTMLElement} first @param {HTMLElement} more */
+  constructor(options, first, more) {
+    super();
+    this.options = options;
+    /** @type {Map<string, {show: (value: any) => void, problem: HTMLElement}>} */
+    this.fields = new Map();
+    const rank = (/** @type {Option} */ { name }) => (FIRST.indexOf(name) + FIRST.length + 1) % (FIRST.length + 1);
+    for (const option of [...options].sort((a, b) => rank(a) - rank(b))) {
+      (FIRST.includes(option.name) ? first : more).append(this.#field(option));
+    }
+  }
+
+  /** @returns {Record<string, any>} */
+  get defaults() {
+    return Object.fromEntries(this.options.map((option) => [option.name, option.default]));
+  }
+
+  /** @param {Record<string, any>} values */
+  show(values) {
+    for (const [name, field] of this.fields) field.show(values[name]);
+  }
+
+  /** Show a refusal beside the option that it begins with; false if it names none. @param {string} message */
+  blame(message) {
+    this.forgive();
+    const named = this.options.find(
+      ({ name, flag }) => message.startsWith(`${name}:`) || message.startsWith(`${flag}:`),
+    );
+    const field = named && this.fields.get(named.name);
+    if (field) field.problem.textContent = message;
+    return Boolean(field);
+  }
+
+  forgive() {
+    for (const { problem } of this.fields.values()) problem.textContent = "";
+  }
+
+  /** @param {Option} option */
+  #field(option) {
+    const box = make("div", { className: `field ${option.kind}` });
+    const id = `option-${option.name}`;
+    const title = option.flag.replace(/^-+/, "").replaceAll("-", " ");
+    const label = make("label", { htmlFor: id, textContent: title[0].toUpperCase() + title.slice(1) });
+    const hint = make("p", { id: `${id}-help`, className: "hint", textContent: option.help, title: option.help });
+    const problem = make("p", { id: `${id}-problem`, className: "problem" });
+    problem.setAttribute("role", "alert");
+    const say = (/** @type {any} */ value) =>
+      this.dispatchEvent(new CustomEvent("change", { detail: { name: option.name, value } }));
+    const { parts, words, show } = KINDS[option.kind](option, id, say);
+    for (const part of [...parts, words]) part?.setAttribute("aria-describedby", `${hint.id} ${problem.id}`);
+    const row = make("div", { className: "row" });
+    row.append(...parts);
+    const more = make("button", { type: "button", className: "help", textContent: "?" });
+    more.setAttribute("aria-label", `Help on ${title}`);
+    more.setAttribute("aria-expanded", "false");
+    more.setAttribute("aria-controls", hint.id);
+    more.addEventListener("click", () => {
+      more.setAttribute("aria-expanded", String(hint.classList.toggle("open")));
+    });
+    const head = make("div", { className: "head" });
+    head.append(label, more);
+    if (words) head.append(words);
+    box.append(head, row, hint, problem);
+    this.fields.set(option.name, { show, problem });
+    return box;
+  }
+}
+
+/** @type {Record<string, (option: Option, id: string, say: (value: any) => void) => {parts: HTMLElement[], words?: HTMLElement, show: (value: any) => void}>} */
+const KINDS = {
+  switch(_option, id, say) {
+    const box = make("input", { type: "checkbox", id });
+    box.addEventListener("change", () => say(box.checked));
+    return { parts: [box], show: (value) => (box.checked = value) };
+  },
+
+  choice(option, id, say) {
+    const select = make("select", { id });
+    option.choices.forEach((choice, k) => select.append(new Option(String(choice), String(k))));
+    select.addEventListener("change", () => say(option.choices[Number(select.value)]));
+    return { parts: [select], show: (value) => (select.value = String(option.choices.indexOf(value))) };
+  },
+
+  text(option, id, say) {
+    const input = make("input", { type: "text", id, spellcheck: false, autocomplete: "off" });
+    const known = option.words?.length ? option.words : option.choices;
+    input.placeholder = option.default === null ? "none" : "";
+    input.addEventListener("change", () => say(input.value.trim() || option.default));
+    const show = (/** @type {any} */ value) => {
+      input.value = value ?? "";
+    };
+    if (!known?.length) return { parts: [input], show };
+    const list = make("datalist", { id: `${id}-known` });
+    for (const word of known) list.append(new Option(word));
+    input.setAttribute("list", list.id);
+    return { parts: [input, list], show };
+  },
+
+  number(option, id, say) {
+    const { least, most, log, steps } = rangeOf(option);
+    const slid = most !== null;
+    const slider = make("input", { type: "range", id, min: "0", max: String(steps), step: "1" });
+    const number = make("input", { type: "number", step: "any", id: slid ? `${id}-number` : id });
+    if (option.at_least !== null) number.min = String(option.at_least);
+    if (option.at_most !== null) number.max = String(option.at_most);
+    number.setAttribute("aria-label", `${option.flag.replace(/^-+/, "")}, as a number`);
+    const words = make("select", { id: `${id}-words` });
+    words.setAttribute("aria-label", `${option.flag.replace(/^-+/, "")}, as a word`);
+    if (option.default === null) words.append(new Option("automatic", ""));
+    words.append(new Option("number", NUMBER));
+    for (const word of option.words) words.append(new Option(word, word));
+    const start = typeof option.default === "number" ? option.default : Math.max(least, 0);
+    let last = start;
+
+    const top = most ?? 1;
+    const toPlace = (/** @type {number} */ value) =>
+      steps * (log ? Math.log(value / least) / Math.log(top / least) : (value - least) / (top - least));
+    const toValue = (/** @type {number} */ place) => {
+      const share = place / steps;
+      const value = log ? least * (top / least) ** share : least + share * (top - least);
+      return Number(value.toPrecision(3));
+    };
+    const show = (/** @type {any} */ value) => {
+      const free = typeof value === "number";
+      if (free) last = value;
+      words.value = free ? NUMBER : (value ?? "");
+      number.value = free ? String(value) : "";
+      slider.value = String(toPlace(last));
+      slider.setAttribute("aria-valuetext", free ? String(value) : (value ?? "automatic"));
+      slider.classList.toggle("idle", !free);
+    };
+    slider.addEventListener("input", () => say(toValue(Number(slider.value))));
+    number.addEventListener("change", () => {
+      if (number.value === "") show(last);
+      if (Number.isFinite(number.valueAsNumber)) say(number.valueAsNumber);
+    });
+    words.addEventListener("change", () => say(words.value === NUMBER ? last : words.value || null));
+    const parts = slid ? [slider, number] : [number];
+    return { parts, words: words.length > 1 ? words : undefined, show };
+  },
+};
+
+/**
+ * From where to where a slider goes, and in how many steps: as far as the option does, or tenfold round the
+ * default of one that only has to be above 0.
+ * @param {Option} option
+ */
+function rangeOf({ at_least, at_most, above, default: standard }) {
+  if (above !== null && at_most === null) return { least: standard / 10, most: standard * 10, log: true, steps: 100 };
+  const least = at_least ?? above ?? 0;
+  const range = (at_most ?? 1) - least;
+  return { least, most: at_most, log: false, steps: Math.round(range / (range > 2 ? 0.05 : 0.01)) };
+}
+
+/**
+ * @template {keyof HTMLElementTagNameMap} K
+ * @param {K} tag @param {Record<string, unknown>} properties
+ * @returns {HTMLElementTagNameMap[K]}
+ */
+function make(tag, properties) {
+  return Object.assign(document.createElement(tag), properties);
+}
