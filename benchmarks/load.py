@@ -1,7 +1,7 @@
 """Many clients of the studio at once, honest and hostile: ``python -m benchmarks.load``.
 
-Each honest client makes a session, loads the samples, and asks for previews, landmarks and photos; it must get
-what the first of them got. Each hostile one sends what a server may choke on, and must be refused.
+Each honest client makes a session, loads the samples, and asks for previews, landmarks and photos; it must
+get what the first of them got. Each hostile one sends what a server may choke on, and must be refused.
 """
 
 from __future__ import annotations
