@@ -57,10 +57,11 @@ def transfer_options(*names: str) -> Decorator:
                 flag, kind = f"{flag}/{flag.replace('--', '--no-')}", None
             elif choices:
                 kind = click.Choice([str(choice) for choice in choices])
-            elif option.metadata["words"]:
-                kind = NumberOrWord(option.metadata["words"])
+            elif option.metadata["text"]:
+                kind = click.STRING
             else:
-                kind = click.STRING if option.metadata["text"] else click.FLOAT
+                words = option.metadata["words"]
+                kind = NumberOrWord(words) if words else click.FLOAT
             default = str(option.default) if choices else option.default
             command = click.option(
                 flag, option.name, type=kind, default=default, show_default=True, help=option.metadata["help"]

@@ -124,6 +124,7 @@ class TransferOptions:
         f"A light that needs no REFERENCE: {', '.join(STUDIO_LIGHTS)}, or AZ,EL, where the lamp stands in "
         "degrees, from the camera to the right of the picture and upwards.",
         flag="--light",
+        words=tuple(STUDIO_LIGHTS),
         text=True,
     )
     strength: float = option(
@@ -163,6 +164,7 @@ class TransferOptions:
         f"What to relight: 'face' and the skin round it, or parts joined by +: {', '.join(PARTS)}; left and "
         "right are those of the picture.",
         flag="--region",
+        words=("face", *PARTS),
     )
     neighborhood: int | str = option(
         4,

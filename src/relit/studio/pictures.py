@@ -56,20 +56,29 @@ def preview_of(sitter: Sitter, side: int) -> Photo:
 
 
 def rendered(session: Session, options: TransferOptions, side: int) -> tuple[TransferResult, int]:
-    """Relight the session's target at the size of a preview; return by how much that was reduced, too."""
+    """Relight the session's target at the size of a preview; return by how much that was reduced, too.
+
+    The last one is kept: its views are asked for one by one.
+    """
     target, here, factor = _at_size(session, "target", side)
-    if options.light is not None:
-        return transfer(target, target_landmarks=here, options=options, detail=_DETAIL), factor
-    reference, there, _ = _at_size(session, "reference", side)
-    result = transfer(
+    lights = [] if options.light is not None else [_at_size(session, "reference", side)]
+    made_of = (
+        options,
         target,
-        reference,
-        target_landmarks=here,
-        reference_landmarks=there,
-        options=options,
-        detail=_DETAIL,
+        here.points.tobytes(),
+        *((light, marks.points.tobytes()) for light, marks, _ in lights),
     )
-    return result, factor
+    if session.last is None or session.last[0] != made_of:
+        result = transfer(
+            target,
+            [light for light, _, _ in lights] or None,
+            target_landmarks=here,
+            reference_landmarks=[marks for _, marks, _ in lights] or None,
+            options=options,
+            detail=_DETAIL,
+        )
+        session.last = made_of, result
+    return session.last[1], factor
 
 
 def _at_size(session: Session, role: str, side: int) -> tuple[Photo, Landmarks, int]:

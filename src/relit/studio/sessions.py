@@ -6,7 +6,7 @@ import secrets
 import threading
 import time
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from relit.detect import detect_landmarks
 from relit.errors import FaceNotFoundError, RelitError
@@ -87,12 +87,15 @@ class Session:
         Role → photo and face.
     newest : int
         The highest sequence number of a preview asked for: older ones are stale.
+    last : tuple or None
+        What the last preview was made of, and the preview.
     work : Lock
         Held while the session computes: one thing at a time.
     """
 
     sitters: dict[str, Sitter] = field(default_factory=dict)
     newest: int = -1
+    last: tuple[Any, Any] | None = None
     touched: float = field(default_factory=time.monotonic)
     work: threading.Lock = field(default_factory=threading.Lock)
 
