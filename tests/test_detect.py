@@ -324,7 +324,7 @@ def test_no_face_names_the_image_and_the_way_out(name, option):
     with pytest.raises(FaceNotFoundError) as caught:
         detect_landmarks(flat(8, 200), name=name)
     assert str(caught.value).startswith(f"{name}: no face found")
-    assert f"({option})" in str(caught.value)
+    assert f"(in relit studio, or {option})" in str(caught.value)
     assert isinstance(caught.value, RelitError)
 
 

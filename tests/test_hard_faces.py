@@ -82,10 +82,10 @@ CASES = [
 @pytest.mark.parametrize("name", CASES)
 def test_it_is_found_and_relit(name, sitter, light):
     photo = np.asarray(as_met(name, *sitter))
-    assert len(detect_faces(photo)) == 1
+    (found,) = detect_faces(photo)
+    assert found.confidence > 0.5
     for options in (light, {"light": "rembrandt"}):
-        result = transfer(photo, **options)
-        assert result.target_landmarks.confidence > 0.5
+        result = transfer(photo, target_landmarks=found, **options)
         before = photo if photo.ndim == result.image.ndim else np.repeat(photo[..., None], 3, axis=2)
         changed = np.abs(result.image.astype(int) - before)
         assert changed.max() > 15
@@ -108,8 +108,8 @@ UNDONE = {
 
 @pytest.mark.parametrize("orientation", range(1, 9))
 def test_a_turned_camera_makes_no_difference(orientation, sitter):
-    """The pixels lie as EXIF says; upright they are the same, and so is the light."""
-    photo, face = sitter
+    """The pixels lie as EXIF says; upright they are the same."""
+    photo, _face = sitter
     stored = photo if orientation == 1 else photo.transpose(UNDONE[orientation])
     tags = Image.Exif()
     tags[0x0112] = orientation
@@ -117,10 +117,6 @@ def test_a_turned_camera_makes_no_difference(orientation, sitter):
     stored.save(file, "PNG", exif=tags)
     read = read_image(io.BytesIO(file.getvalue())).pixels
     np.testing.assert_array_equal(read, np.asarray(photo))
-    result = transfer(read, light="loop", target_landmarks=face)
-    np.testing.assert_array_equal(
-        result.image, transfer(np.asarray(photo), light="loop", target_landmarks=face).image
-    )
 
 
 @pytest.mark.parametrize("name", ["nothing", "too small"])
