@@ -59,9 +59,9 @@ class TestControl:
             encoded = pixels_of(path)[face] / 255
             return (((encoded + 0.055) / 1.055) ** 2.4).mean()
 
-        face = ~off_the_face(studio.target_landmarks, studio.target.shape, studio.target_landmarks.xy[:468])
-        inner = distance_transform_edt(face) > 1.2 * studio.target_landmarks.interocular_distance
-        face = inner if inner.any() else face
+        near = ~off_the_face(studio.target_landmarks, studio.target.shape)
+        face = distance_transform_edt(near) > 1.2 * studio.target_landmarks.interocular_distance
+        assert face.sum() > 200
         succeed(f"{TRANSFER} -o keep.png --exposure keep")
         succeed(f"{TRANSFER} -o less.png --exposure -1")
         assert light("keep.png") / light("less.png") == pytest.approx(2, rel=0.12)
@@ -71,7 +71,7 @@ class TestControl:
         changed = np.abs(pixels_of("right.png").astype(int) - studio.target).sum(axis=2)
         middle = int(studio.target_landmarks.xy[[1, 4, 168], 0].mean())
         unit = int(studio.target_landmarks.interocular_distance)
-        assert changed[:, : middle - unit // 2].max() == 0 or changed[:, : middle - unit // 2].mean() < 0.02
+        assert changed[:, : middle - unit // 2].mean() < 0.02
         assert changed[:, middle:].mean() > 1
 
     def test_a_mask_of_ones_own(self, studio, place, fail, succeed):

@@ -123,6 +123,16 @@ def test_parts_lie_on_their_landmarks_and_add_up(astronaut):
         part_mask(Landmarks(face.xy[::10], "points"), photo.shape, "nose")
 
 
+def test_a_part_whose_points_lie_on_one_line_is_drawn(astronaut):
+    photo, face = astronaut
+    points = face.points.copy()
+    rows = list(face.groups["chin"])
+    points[rows, 0] = 200
+    mask = part_mask(Landmarks(points), photo.shape, "chin")
+    x, y = points[rows, :2].mean(axis=0).astype(int)
+    assert mask[y, x] > 0.8
+
+
 PAIRS = [
     ("005", "096"),
     ("096", "005"),

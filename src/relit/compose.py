@@ -139,7 +139,11 @@ def _part(landmarks: Landmarks, shape: tuple[int, ...], name: str) -> NDArray[np
         groups = [sides[right], sides[~right]]
     else:
         groups = [sides]
-    hulls = drawn([points[ConvexHull(points).vertices] for points in groups], shape)
+    # Of a face in profile one side may have no points, and those of a chin may lie on one line.
+    hulls = drawn(
+        [points[ConvexHull(points, qhull_options="QJ").vertices] for points in groups if len(points) > 2],
+        shape,
+    )
     larger = distance_transform_edt(~hulls) <= _PART_MARGIN * unit
     return np.asarray(gaussian_filter(larger.astype(np.float32), _SOFT_EDGE * unit))
 
