@@ -16,8 +16,9 @@ from rich.console import Console
 from benchmarks.commands import command
 from benchmarks.rows import GROUPS as SOLVERS
 from benchmarks.rows import Row
+from benchmarks.studio import studio
 
-GROUPS = (*SOLVERS, command)
+GROUPS = (*SOLVERS, command, studio)
 
 
 @click.command(help=__doc__)

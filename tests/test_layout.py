@@ -24,6 +24,7 @@ LAYERS = [
         "grid",
         "jit",
         "threads",
+        "memo",
         "timing",
         "studio_lights",
         "declared",

@@ -15,6 +15,7 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 
 from relit.errors import OptionError
 from relit.landmarks import Landmarks, as_landmarks, check_inside, check_pair, control_rows
+from relit.memo import remembered
 from relit.pixels import check_samples, from_unit, to_unit
 from relit.rbf import RBF, KernelName, fit_rbf, spacing_of, spread_of
 
@@ -61,6 +62,7 @@ class Alignment:
     smoothing: float
 
 
+@remembered
 def align(
     reference: NDArray[Any],
     reference_landmarks: Landmarks | ArrayLike,

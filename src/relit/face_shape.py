@@ -16,6 +16,7 @@ from scipy.spatial import ConvexHull, Delaunay
 
 from relit.compose import drawn, face_outline
 from relit.landmarks import Landmarks
+from relit.memo import remembered
 from relit.threads import one_blas_thread
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ class FaceShape:
     inside: NDArray[np.bool_]
 
 
+@remembered
 def face_shape(landmarks: Landmarks, shape: tuple[int, ...], *, of: Landmarks | None = None) -> FaceShape:
     """Return the shape of a face.
 

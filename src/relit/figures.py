@@ -96,11 +96,16 @@ def stage_pictures(result: TransferResult) -> dict[str, NDArray[Any]]:
         the channels that were relit, as planes of grey or RGB, and from ``warped_reference`` to ``mask`` all
         cover `result.view`. Of several references, the first is shown.
     """
-    first = result.first
     pictures = {"target": landmark_overlay(result.target, result.target_landmarks)}
     if result.reference is not None and result.reference_landmarks is not None:
         pictures["reference"] = landmark_overlay(result.reference, result.reference_landmarks)
-    pictures["warped_reference"] = first.warped
+    return pictures | view_pictures(result) | {"result": result.image}
+
+
+def view_pictures(result: TransferResult) -> dict[str, NDArray[Any]]:
+    """Return those of `stage_pictures` that cover `result.view`."""
+    first = result.first
+    pictures: dict[str, NDArray[Any]] = {"warped_reference": first.warped}
     if first.second_alignment:
         pictures["warped_second_reference"] = first.second_alignment.warped
     for role, split in (("target", first.target_split), ("reference", first.reference_split)):
@@ -111,7 +116,7 @@ def stage_pictures(result: TransferResult) -> dict[str, NDArray[Any]]:
         pictures["known"] = from_unit(first.known, np.uint8)
     if result.mask is not None:
         pictures["mask"] = from_unit(result.mask, np.uint8)
-    return pictures | {"result": result.image}
+    return pictures
 
 
 def landmark_overlay(image: NDArray[Any], landmarks: Landmarks) -> NDArray[np.uint8]:

@@ -64,7 +64,7 @@ def seen_reference(
     name: str,
     here: Landmarks,
     settings: TransferOptions,
-    detail: float,
+    detail: float | None,
 ) -> Reference:
     """Check a reference, find its face if need be, and reduce it."""
     photo = as_photo(given, "second_reference" if name == "second" else name)
@@ -90,7 +90,9 @@ def laid_over(photo: Photo, view: View, light: Reference, options: TransferOptio
     )
 
 
-def face_view(image: NDArray[Any], landmarks: Landmarks, options: TransferOptions, detail: float) -> View:
+def face_view(
+    image: NDArray[Any], landmarks: Landmarks, options: TransferOptions, detail: float | None
+) -> View:
     """Return the view that a method gets of a target."""
     factor = _factor(landmarks, options, detail)
     if not options.mask:
@@ -100,11 +102,11 @@ def face_view(image: NDArray[Any], landmarks: Landmarks, options: TransferOption
     return view_of(image, landmarks, window_round(points, margin, image.shape, factor), factor)
 
 
-def _factor(landmarks: Landmarks, options: TransferOptions, detail: float) -> int:
+def _factor(landmarks: Landmarks, options: TransferOptions, detail: float | None) -> int:
     """Return by how much a photo can be reduced before its face is smaller than the method needs."""
     if options.full_resolution:
         return 1
-    least = detail * _WORKING.get(options.method, _WORKING_OTHERS)
+    least = detail or _WORKING.get(options.method, _WORKING_OTHERS)
     return max(int(landmarks.interocular_distance / least), 1)
 
 

@@ -25,6 +25,7 @@ from relit.color import luma
 from relit.errors import OptionError
 from relit.grid import check_lam
 from relit.level_sets import tv_l1
+from relit.memo import remembered
 from relit.pixels import check_pixels, to_unit
 from relit.primal_dual import tv_l1_isotropic
 from relit.threads import available, pool
@@ -63,6 +64,7 @@ class Decomposition:
     neighborhood: int | str
 
 
+@remembered
 def decompose(
     image: NDArray[Any],
     lam: float = 0.2,

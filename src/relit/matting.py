@@ -20,6 +20,7 @@ from relit.color import luma
 from relit.compose import drawn, face_outline
 from relit.grid import paired
 from relit.guided import Enlarger, guided_filter
+from relit.memo import remembered
 from relit.pixels import to_unit
 from relit.scale import feature_hulls
 from relit.skin import skin_of
@@ -54,6 +55,7 @@ _GLINT = 0.12  # brightness, of 1, by which a catchlight exceeds what is round i
 _WHITE = 0.85  # share of a change that eyes and teeth take, less what colours them
 
 
+@remembered
 def matte(image: NDArray[Any], landmarks: Landmarks) -> NDArray[np.float32]:
     """Return where the target's skin takes a change, 0 to 1.
 
@@ -117,6 +119,7 @@ def _away(
     return gaussian_filter(Enlarger(away, cell, inside.shape).rows(0, inside.shape[0]), _EDGE * unit)
 
 
+@remembered
 def known(
     target: NDArray[Any],
     reference: NDArray[Any],
@@ -164,6 +167,7 @@ def known(
     return np.asarray(np.clip(2 * gaussian_filter(trust, size / 2) - 1, 0, 1), np.float32)
 
 
+@remembered
 def eyes_and_teeth(
     image: NDArray[Any], landmarks: Landmarks
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

@@ -10,10 +10,12 @@ from scipy.sparse import coo_array, diags_array
 from scipy.sparse.linalg import splu
 
 from relit.guided import Enlarger
+from relit.memo import remembered
 from relit.views import reduced
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+    from scipy.sparse.linalg import SuperLU
 
 _HOLD = 10.0  # how much more a known cell weighs than its neighbours' wish for smoothness
 _UNKNOWN = 1e-6
@@ -71,13 +73,19 @@ def fill(
     level = values.reshape(-1, count).astype(np.float64)
     mean = np.average(level, axis=0, weights=hold)
     rest = max((cell / reach) ** 2, _UNKNOWN)
-    system = (_stiffness(height, width) + diags_array(hold + rest)).tocsc()
-    solution = splu(system).solve(hold[:, None] * level + rest * mean)
+    solution = _membrane(hold + rest, (height, width)).solve(hold[:, None] * level + rest * mean)
     soft = solution.reshape(height, width, count).astype(np.float32)
     filled = Enlarger(soft, cell, whole.shape).rows(0, whole.shape[0])
     if cell > 1:
         filled = gaussian_filter(filled, (cell / 2, cell / 2, 0), mode="nearest")
     return np.asarray((share * whole + (1 - share) * filled).reshape(planes.shape), np.float32)
+
+
+@remembered
+def _membrane(held: NDArray[np.float64], shape: tuple[int, int]) -> SuperLU:
+    """Return what solves for a membrane that is held so much at each cell."""
+    # Of a symmetric matrix, this order fills up less, and takes half the time.
+    return splu((_stiffness(*shape) + diags_array(held)).tocsc(), permc_spec="MMD_AT_PLUS_A")
 
 
 def _stiffness(height: int, width: int) -> Any:

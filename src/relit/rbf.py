@@ -26,7 +26,7 @@ from scipy.spatial.distance import cdist
 from scipy.special import xlogy
 
 from relit.errors import LandmarkError, OptionError
-from relit.threads import one_blas_thread
+from relit.threads import available, one_blas_thread, pool
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -37,7 +37,8 @@ KernelName = Literal["thin_plate_spline", "multiquadric", "gaussian"]
 EXACT = 1e-6
 
 _COARSEST_STEP = 32
-_CHUNK = 2**22  # distances held at a time
+_CHUNK = 2**18  # distances held at a time by a thread: what fits a processor's cache
+_PROBE_CELL = 4  # px
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,12 +83,16 @@ class RBF:
         flat = array.reshape(-1, 2)
         values = np.empty((len(flat), self.coefficients.shape[1]))
         rows = max(_CHUNK // len(self.centers), 1)
-        with one_blas_thread():
-            for start in range(0, len(flat), rows):
-                part = slice(start, start + rows)
-                values[part] = self._basis(flat[part]) @ self.coefficients
-                if self.polynomial is not None:
-                    values[part] += _affine_terms(flat[part], self.centers, self.scale) @ self.polynomial
+
+        def evaluate(start: int) -> None:
+            part = slice(start, start + rows)
+            values[part] = self._basis(flat[part]) @ self.coefficients
+            if self.polynomial is not None:
+                values[part] += _affine_terms(flat[part], self.centers, self.scale) @ self.polynomial
+
+        starts = range(0, len(flat), rows)
+        with one_blas_thread(), pool(min(available(), len(starts)) or 1) as run:
+            run(evaluate, starts)
         return values.reshape(*array.shape[:-1], -1)
 
     def on_grid(self, height: int, width: int, *, tolerance: float = 0.05) -> NDArray[np.float32]:
@@ -283,4 +288,7 @@ def _probes(centers: NDArray[np.float64], height: int, width: int) -> NDArray[np
     near = (centers[:, None] + offsets).reshape(-1, 2)
     over = np.random.default_rng(0).random((1024, 2)) * [width - 1, height - 1]
     inside = ((near >= 0) & (near <= [width - 1, height - 1])).all(axis=1)
-    return np.vstack([near[inside], over])
+    probes = np.vstack([near[inside], over])
+    # Where centers are dense their lattices overlap: one position of a cell will do.
+    across, down = np.floor(probes / _PROBE_CELL).astype(int).T
+    return probes[np.unique(down * (width + 1) + across, return_index=True)[1]]

@@ -68,7 +68,7 @@ def transfer(
     second_reference: AnyPhoto | None = None,
     second_landmarks: AnyLandmarks | None = None,
     region_mask: NDArray[Any] | None = None,
-    detail: float = 1.0,
+    detail: float | None = None,
     options: TransferOptions | None = None,
     **changes: Any,
 ) -> TransferResult:
@@ -94,9 +94,9 @@ def transfer(
         reference is.
     region_mask : (H, W) array, optional
         Share of the change that is made at each pixel of the target: uint8, uint16, or float in [0, 1].
-    detail : float
-        The least size at which a face is looked at, over that which the method asks for: less is a quicker
-        preview.
+    detail : float, optional
+        Distance of the eyes, in px, that a face may be reduced to before the method looks at it; by default,
+        what the method asks for. Less is a quicker preview.
     options : TransferOptions, optional
         How to relight.
     **changes
@@ -134,8 +134,8 @@ def transfer(
     """
     settings = (options or TransferOptions()).changed(**changes)
     photo = as_photo(target, "target")
-    if not (np.isfinite(detail) and detail > 0):
-        raise OptionError(f"detail: expected a finite number above 0, got {detail!r}")
+    if detail is not None and not (np.isfinite(detail) and detail > 0):
+        raise OptionError(f"detail: expected a finite number of px above 0, or None, got {detail!r}")
     given = given_references(reference, reference_landmarks, settings)
     check_second(second_reference, given, settings.method)
     check_region_mask(region_mask, photo.pixels.shape)

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
+from contextvars import copy_context
 from functools import cache
 from typing import Any, Protocol, TypeVar, cast
 
@@ -58,7 +59,12 @@ def pool(threads: int) -> Iterator[Run]:
         yield lambda function, items: [function(item) for item in items]
         return
     with ThreadPoolExecutor(threads) as executor:
-        yield lambda function, items: list(executor.map(function, items))
+
+        def run(function: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
+            waiting = [executor.submit(copy_context().run, function, item) for item in items]
+            return [one.result() for one in waiting]
+
+        yield run
 
 
 def bands(shape: tuple[int, int], threads: int | None) -> list[tuple[int, int]]:

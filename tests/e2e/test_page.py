@@ -116,7 +116,7 @@ def points(page, role):
 
 def settled(page):
     """Wait until the preview shows the newest state."""
-    page.wait_for_timeout(400)
+    playwright.expect(page.locator("#stage")).to_have_attribute("aria-busy", "false", timeout=WAIT)
     playwright.expect(page.locator("#status")).to_have_text(re.compile("^Done"), timeout=WAIT)
 
 

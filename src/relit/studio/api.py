@@ -70,6 +70,7 @@ class RenderRequest(BaseModel):
     options: dict[str, Any] = {}
     view: View = "result"
     side: int = Field(640, ge=64, le=2048)
+    quick: bool = False
     sequence: int = Field(0, ge=0, le=2**53)
 
 
@@ -187,10 +188,14 @@ def routes(sessions: Sessions, most_pixels: int, most_bytes: int) -> APIRouter:
         one = sessions.get(session)
         settings = TransferOptions().changed(**wanted.options)
         one.newest = max(one.newest, wanted.sequence)
-        with one.work, _AT_ONCE:
+
+        def go_on() -> None:
             if wanted.sequence < one.newest:
                 raise StudioError(409, "stale", "A newer preview was asked for.")
-            result, factor = rendered(one, settings, wanted.side)
+
+        with one.work, _AT_ONCE, sessions.memo_of(one).open(go_on):
+            go_on()
+            result, factor = rendered(one, settings, wanted.side, quick=wanted.quick)
         views = views_of(result)
         if wanted.view not in views:
             raise StudioError(400, "bad_option", f"method {settings.method} has no view {wanted.view}.")

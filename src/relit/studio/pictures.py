@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from PIL import Image
 
-from relit.figures import stage_pictures
+from relit.figures import view_pictures
+from relit.memo import remembered
 from relit.pixels import from_unit, to_unit
 from relit.relighting import transfer
 from relit.studio.sessions import Session, Sitter, StudioError
@@ -40,7 +41,10 @@ VIEWS = {
 }
 
 _QUALITY = 90
-_DETAIL = 0.55  # of the size that a method asks for: enough for the eye, in a tenth of a second
+#: Distance of the eyes, in px, that a preview looks at faces with: enough for the eye to judge by, and where
+#: a hand is moving, to see where it goes.
+_FINE, _QUICK = {"shading": 50.0}, {"shading": 20.0}
+_FINE_OTHERS, _QUICK_OTHERS = 110.0, 30.0
 
 
 def preview_of(sitter: Sitter, side: int) -> Photo:
@@ -55,30 +59,32 @@ def preview_of(sitter: Sitter, side: int) -> Photo:
     return sitter.previews[side]
 
 
-def rendered(session: Session, options: TransferOptions, side: int) -> tuple[TransferResult, int]:
-    """Relight the session's target at the size of a preview; return by how much that was reduced, too.
-
-    The last one is kept: its views are asked for one by one.
-    """
+def rendered(
+    session: Session, options: TransferOptions, side: int, *, quick: bool
+) -> tuple[TransferResult, int]:
+    """Relight the session's target at the size of a preview; return by how much that was reduced, too."""
     target, here, factor = _at_size(session, "target", side)
     lights = [] if options.light is not None else [_at_size(session, "reference", side)]
-    made_of = (
-        options,
+    sizes, others = (_QUICK, _QUICK_OTHERS) if quick else (_FINE, _FINE_OTHERS)
+    return _relit(target, here, lights, options, sizes.get(options.method, others)), factor
+
+
+@remembered
+def _relit(
+    target: Photo,
+    landmarks: Landmarks,
+    lights: list[tuple[Photo, Landmarks, int]],
+    options: TransferOptions,
+    detail: float,
+) -> TransferResult:
+    return transfer(
         target,
-        here.points.tobytes(),
-        *((light, marks.points.tobytes()) for light, marks, _ in lights),
+        [light for light, _, _ in lights] or None,
+        target_landmarks=landmarks,
+        reference_landmarks=[marks for _, marks, _ in lights] or None,
+        options=options,
+        detail=detail,
     )
-    if session.last is None or session.last[0] != made_of:
-        result = transfer(
-            target,
-            [light for light, _, _ in lights] or None,
-            target_landmarks=here,
-            reference_landmarks=[marks for _, marks, _ in lights] or None,
-            options=options,
-            detail=_DETAIL,
-        )
-        session.last = made_of, result
-    return session.last[1], factor
 
 
 def _at_size(session: Session, role: str, side: int) -> tuple[Photo, Landmarks, int]:
@@ -92,7 +98,7 @@ def _at_size(session: Session, role: str, side: int) -> tuple[Photo, Landmarks, 
 
 def views_of(result: TransferResult) -> dict[str, NDArray[Any]]:
     """Return the pictures of a transfer by the names of their views."""
-    stages = stage_pictures(result)
+    stages = view_pictures(result) | {"result": result.image}
     before = to_unit(result.target)
     if before.ndim < result.image.ndim:
         before = np.repeat(before[..., None], 3, axis=2)

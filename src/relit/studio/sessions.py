@@ -6,10 +6,11 @@ import secrets
 import threading
 import time
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from relit.detect import detect_landmarks
 from relit.errors import FaceNotFoundError, RelitError
+from relit.memo import Memo
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
 
 #: Seconds without a request after which a session ends.
 EXPIRES = 3600
+
+#: Sessions that keep what their previews were made of: some 100 MB each.
+_MEMOS = 4
 
 ROLES = ("target", "reference")
 
@@ -87,15 +91,15 @@ class Session:
         Role → photo and face.
     newest : int
         The highest sequence number of a preview asked for: older ones are stale.
-    last : tuple or None
-        What the last preview was made of, and the preview.
+    memo : Memo or None
+        What its last previews were made of, if there were any lately.
     work : Lock
         Held while the session computes: one thing at a time.
     """
 
     sitters: dict[str, Sitter] = field(default_factory=dict)
     newest: int = -1
-    last: tuple[Any, Any] | None = None
+    memo: Memo | None = None
     touched: float = field(default_factory=time.monotonic)
     work: threading.Lock = field(default_factory=threading.Lock)
 
@@ -126,6 +130,7 @@ class Sessions:
     def __init__(self, most: int = 64, most_bytes: int = 2_000_000_000) -> None:
         self._most, self._most_bytes = most, most_bytes
         self._by_token: dict[str, Session] = {}
+        self._at_work: list[Session] = []
         self._lock = threading.Lock()
 
     def __len__(self) -> int:
@@ -166,10 +171,21 @@ class Sessions:
             session.touched = time.monotonic()
             return session
 
+    def memo_of(self, session: Session) -> Memo:
+        """Return the memo of a session; only those that were at work last have one."""
+        with self._lock:
+            self._at_work = [one for one in self._at_work if one is not session] + [session]
+            for idle in self._at_work[:-_MEMOS]:
+                idle.memo = None
+            self._at_work = self._at_work[-_MEMOS:]
+            session.memo = session.memo or Memo()
+            return session.memo
+
     def end(self, token: str) -> None:
         """End a session, and forget its photos."""
         with self._lock:
-            self._by_token.pop(token, None)
+            ended = self._by_token.pop(token, None)
+            self._at_work = [one for one in self._at_work if one is not ended]
 
     def keep(self, session: Session, role: str, sitter: Sitter) -> None:
         """Give a session a photo; those idle longest end where memory would not do."""

@@ -214,6 +214,9 @@ async function start() {
     if (busy) say("Relighting…");
     else if ($("status").textContent === "Relighting…") say("");
   });
+  preview.addEventListener("settled", (event) => {
+    $("stage").setAttribute("aria-busy", String(!(/** @type {CustomEvent} */ (event).detail)));
+  });
   preview.addEventListener("picture", (event) => {
     /** @type {import("./preview.js").Picture} */
     const picture = /** @type {CustomEvent} */ (event).detail;

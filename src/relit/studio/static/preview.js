@@ -1,14 +1,19 @@
 // @ts-check
-/** The live preview: the newest request wins, older ones are called off. */
+/**
+ * The live preview. While a hand moves, quick pictures follow it, one at a time and always of the newest wish;
+ * when it rests, a fine one is made, and called off should it move again.
+ */
 
 import { isAborted } from "./api.js";
 
-const SETTLE = 30; // ms without a change before the server is asked
+const REST = 200; // ms without a change before a fine picture is asked for
 const PATIENCE = 300; // ms after which the user is told that work goes on
 
 /**
  * @typedef {{view: string, blob: Blob, window: number[], views: string[], finest: number, seconds: number}} Picture
  */
+
+/** @typedef {{options: object, views: string[], side: number}} Wish */
 
 export class Preview extends EventTarget {
   /**
@@ -20,42 +25,71 @@ export class Preview extends EventTarget {
     this.render = render;
     this.prepare = prepare;
     this.sequence = 0;
+    /** @type {Wish | null} what nobody works on yet */
+    this.next = null;
+    this.following = false;
     /** @type {AbortController | null} */
     this.running = null;
     /** @type {ReturnType<typeof setTimeout> | undefined} */
-    this.timer = undefined;
+    this.rest = undefined;
   }
 
-  /** @param {{options: object, views: string[], side: number}} wanted */
-  ask(wanted) {
-    clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.#run(wanted), SETTLE);
+  /** @param {Wish} wish */
+  ask(wish) {
+    this.next = wish;
+    clearTimeout(this.rest);
+    this.#say("settled", false);
+    if (!this.following) void this.#follow();
   }
 
   cancel() {
-    clearTimeout(this.timer);
+    this.next = null;
+    clearTimeout(this.rest);
     this.running?.abort();
+    this.#say("settled", true);
   }
 
-  /** @param {{options: object, views: string[], side: number}} wanted */
-  async #run({ options, views, side }) {
-    this.running?.abort();
+  async #follow() {
+    this.following = true;
+    this.running?.abort(); // a fine picture
+    /** @type {Wish | null} */
+    let shown = null;
+    while (this.next) {
+      const wish = this.next;
+      this.next = null;
+      shown = (await this.#show(wish, true)) ? wish : null;
+    }
+    this.following = false;
+    if (shown) this.rest = setTimeout(this.#refine.bind(this, shown), REST);
+    else this.#say("settled", true);
+  }
+
+  /** @param {Wish} wish */
+  async #refine(wish) {
+    if (await this.#show(wish, false)) this.#say("done", null);
+    if (!this.following) this.#say("settled", true);
+  }
+
+  /** @param {Wish} wish @param {boolean} quick @returns {Promise<boolean>} whether it was shown */
+  async #show({ options, views, side }, quick) {
     const control = (this.running = new AbortController());
+    const { signal } = control;
     const slow = setTimeout(() => this.#say("busy", true), PATIENCE);
     try {
       await this.prepare();
       for (const view of views) {
-        if (control.signal.aborted) return;
+        if (signal.aborted) return false;
         // Clocks go on when the page is loaded again, and so does the order of requests.
         this.sequence = Math.max(this.sequence + 1, Date.now());
-        const response = await this.render({ options, view, side, sequence: this.sequence }, control.signal);
+        const response = await this.render({ options, view, side, quick, sequence: this.sequence }, signal);
         const made = await picture(view, response);
-        if (!control.signal.aborted) this.#say("picture", made);
+        if (!signal.aborted) this.#say("picture", made);
       }
-      if (!control.signal.aborted) this.#say("done", null);
+      return !signal.aborted;
     } catch (error) {
-      const overtaken = control.signal.aborted || isAborted(error) || /** @type {any} */ (error).code === "stale";
+      const overtaken = signal.aborted || isAborted(error) || /** @type {any} */ (error).code === "stale";
       if (!overtaken) this.#say("problem", error);
+      return false;
     } finally {
       clearTimeout(slow);
       if (this.running === control) this.#say("busy", false);

@@ -1,0 +1,135 @@
+"""How long the studio's page takes to show what a hand does: server and browser together."""
+
+from __future__ import annotations
+
+import io
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.resources import files
+from typing import Any
+
+from PIL import Image
+
+from benchmarks.measure import Timing
+from benchmarks.rows import Row
+
+_RELIT = "from relit.cli import main; main()"
+_BROWSER = "/usr/bin/chromium"
+_SIDE = 1280  # px of the photos, which a preview of 640 px halves
+_NOSE = 4  # its tip, of the face mesh
+
+#: Waits for the picture that what happens next leads to: resolves with the ms from its event to its frame.
+_WATCH = """(event) => {
+    const image = document.querySelector('[data-view=result]');
+    window.took = new Promise((shown) => {
+        let start;
+        addEventListener(event, () => (start ??= performance.now()), { capture: true });
+        const watch = new MutationObserver(async () => {
+            if (start === undefined) return;
+            watch.disconnect();
+            await image.decode();
+            requestAnimationFrame(() => setTimeout(() => shown(performance.now() - start)));
+        });
+        watch.observe(image, { attributeFilter: ['src'] });
+    });
+}"""
+
+
+def studio(runs: int) -> Iterator[Row]:
+    """Move λ and a landmark on the studio's page, in Chromium."""
+    from playwright.sync_api import FilePayload, sync_playwright
+
+    count = max(runs, 30)
+    with _served() as address, sync_playwright() as started:
+        browser = started.chromium.launch(executable_path=_BROWSER, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1000, "height": 1000})
+        page.goto(address)
+        page.wait_for_selector("#samples:enabled")
+        for role, name in (("target", "target.png"), ("reference", "reference.jpg")):
+            photo = FilePayload(name=name, mimeType="image/jpeg", buffer=_enlarged(name))
+            page.locator(f".photo[data-role={role}] input[type=file]").first.set_input_files(photo)
+            page.locator(f".photo[data-role={role}] .facts:not(:empty)").wait_for()
+        page.wait_for_selector("#stage.filled")
+        page.click("#close")  # all of the photo, not the face alone
+        for method in ("shading", "ltv"):
+            page.select_option("#option-method", label=method)
+            _rest(page)
+            width = page.evaluate("document.querySelector('[data-view=result]').naturalWidth")
+            for what, target, act in (("λ moved", 0.15, _slide), ("point dragged", 0.25, _drag)):
+                seconds = act(page, count + 2)[2:]
+                _rest(page)
+                case = f"{method}: {what} {count} times; {width} px preview"
+                yield Row("studio, hand to eye, 2 cores", case, Timing.of(seconds), None, f"≤ {target:.3f} s")
+        browser.close()
+
+
+def _slide(page: Any, count: int) -> list[float]:
+    """Move the slider of λ so many times; return the seconds that each took to be seen."""
+    seconds = []
+    for k in range(count):
+        page.evaluate(_WATCH, "input")
+        page.evaluate(
+            """(place) => {
+                const slider = document.querySelector('#option-lam');
+                slider.value = place;
+                slider.dispatchEvent(new Event('input', { bubbles: true }));
+            }""",
+            str(20 + k),
+        )
+        seconds.append(page.evaluate("window.took") / 1000)
+    return seconds
+
+
+def _drag(page: Any, count: int) -> list[float]:
+    """Drag the tip of the nose along so many places; return the seconds that each took to be seen."""
+    box = page.locator(".photo[data-role=target] .frame img").bounding_box()
+    x, y = page.evaluate(
+        """async ([point, side]) => {
+            const { session } = JSON.parse(sessionStorage.getItem('relit'));
+            const answer = await fetch(`/api/v1/sessions/${session}/landmarks/target`);
+            return (await answer.json()).points[point].slice(0, 2).map((at) => (at + 0.5) / side);
+        }""",
+        [_NOSE, _SIDE],
+    )
+    x, y = box["x"] + x * box["width"], box["y"] + y * box["height"]
+    page.mouse.move(x, y)
+    page.mouse.down()
+    seconds = []
+    for k in range(count):
+        page.evaluate(_WATCH, "pointermove")
+        page.mouse.move(x + 4 * (k % 2) + 2, y + 0.2 * k)
+        seconds.append(page.evaluate("window.took") / 1000)
+    page.mouse.up()
+    return seconds
+
+
+def _rest(page: Any) -> None:
+    """Wait for the fine picture that follows the quick ones."""
+    page.wait_for_selector("#stage[aria-busy=false]")
+
+
+def _enlarged(name: str) -> bytes:
+    """Return a sample photo, its longest side of `_SIDE` px."""
+    with (files("relit") / "sample_photos" / name).open("rb") as file, Image.open(file) as photo:
+        scale = _SIDE / max(photo.size)
+        large = photo.convert("RGB").resize([round(length * scale) for length in photo.size])
+    buffer = io.BytesIO()
+    large.save(buffer, "JPEG", quality=95)
+    return buffer.getvalue()
+
+
+@contextmanager
+def _served() -> Iterator[str]:
+    """Run the studio, and tell its address."""
+    command = [sys.executable, "-c", _RELIT, "studio", "--port", "0", "--no-open"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as server:
+        try:
+            said = server.stderr.readline() if server.stderr else ""
+            found = re.search(r"http://\S+", said)
+            assert found, said
+            yield found[0]
+        finally:
+            server.terminate()

@@ -1,0 +1,145 @@
+"""Keeping what was computed: while a memo is open, a step that gets what it got before gives what it gave.
+
+Steps are functions marked by `remembered`: pure ones, whose results nobody changes. So whoever tries many
+settings on the same photos, as a person in the studio does, waits only for the steps that a change reaches,
+and no step has to know.
+"""
+
+from __future__ import annotations
+
+import inspect
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import fields, is_dataclass
+from functools import wraps
+from typing import Any, NamedTuple, ParamSpec, TypeVar
+
+import numpy as np
+
+Given = ParamSpec("Given")
+Made = TypeVar("Made")
+
+_open: ContextVar[tuple[Memo, Callable[[], None]] | None] = ContextVar("memo", default=None)
+
+
+class Memo:
+    """The latest results of all steps.
+
+    Parameters
+    ----------
+    most_bytes : int
+        How much the arrays in them, and in what they were made of, may hold; what was not asked for longest
+        is forgotten.
+
+    Examples
+    --------
+    >>> @remembered
+    ... def double(values):
+    ...     print("computing")
+    ...     return 2 * values
+    >>> memo = Memo()
+    >>> with memo.open():
+    ...     [double(np.arange(3)).tolist() for _ in range(2)]
+    computing
+    [[0, 2, 4], [0, 2, 4]]
+    """
+
+    def __init__(self, most_bytes: int = 100_000_000) -> None:
+        self._most_bytes = most_bytes
+        self._results: list[_Result] = []  # the latest last
+        self._lock = threading.Lock()
+
+    @contextmanager
+    def open(self, go_on: Callable[[], None] = lambda: None) -> Iterator[None]:
+        """Let the steps of this thread, and of those that `threads.pool` lends it, use this memo.
+
+        Before a step is done, `go_on` is called: what it raises ends the work.
+        """
+        token = _open.set((self, go_on))
+        try:
+            yield
+        finally:
+            _open.reset(token)
+
+    def recall(self, step: Callable[..., Made], given: dict[str, Any], go_on: Callable[[], None]) -> Made:
+        """Return what a step gives, without doing it if it was done lately."""
+        with self._lock:
+            known = [result for result in self._results if result.step is step]
+        found = next((result for result in reversed(known) if same(result.given, given)), None)
+        if found is None:
+            go_on()
+            made = step(**given)
+            found = _Result(step, given, made, size_of(given) + size_of(made))
+        with self._lock:
+            self._results = [result for result in self._results if result is not found] + [found]
+            while sum(result.size for result in self._results) > self._most_bytes:
+                del self._results[0]
+        return found.made  # type: ignore[no-any-return]
+
+
+class _Result(NamedTuple):
+    step: Callable[..., Any]
+    given: dict[str, Any]
+    made: Any
+    size: int
+
+
+def remembered(step: Callable[Given, Made]) -> Callable[Given, Made]:
+    """Mark a pure function, so that an open `Memo` keeps its results."""
+    signature = inspect.signature(step)
+
+    @wraps(step)
+    def recalled(*args: Given.args, **named: Given.kwargs) -> Made:
+        opened = _open.get()
+        if opened is None:
+            return step(*args, **named)
+        memo, go_on = opened
+        bound = signature.bind(*args, **named)
+        bound.apply_defaults()
+        return memo.recall(step, dict(bound.arguments), go_on)
+
+    return recalled
+
+
+def same(one: Any, other: Any) -> bool:
+    """Return whether two values are of one type and content, arrays and dataclasses included.
+
+    Examples
+    --------
+    >>> same({"a": np.zeros(2)}, {"a": np.zeros(2)}), same(np.zeros(2), np.zeros(2, int)), same([1], [2])
+    (True, False, False)
+    """
+    if one is other:
+        return True
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, np.ndarray):
+        return one.dtype == other.dtype and np.array_equal(one, other)
+    parts, others = _parts(one), _parts(other)
+    if parts is None or others is None:
+        return bool(one == other)
+    return len(parts) == len(others) and all(map(same, parts, others))
+
+
+def size_of(value: Any) -> int:
+    """Return how many bytes the arrays in a value hold, those that are in it twice twice.
+
+    Examples
+    --------
+    >>> size_of({"a": [np.zeros(2), np.zeros((2, 2), np.uint8)]})
+    20
+    """
+    if isinstance(value, np.ndarray):
+        return int(value.nbytes)
+    return sum(map(size_of, _parts(value) or ()))
+
+
+def _parts(value: Any) -> list[Any] | None:
+    """Return what a value is made of, None if it is one thing."""
+    if is_dataclass(value):
+        return [getattr(value, part.name) for part in fields(value)]
+    if isinstance(value, Mapping):
+        return [*value.keys(), *value.values()]
+    return list(value) if isinstance(value, (list, tuple)) else None
