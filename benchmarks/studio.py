@@ -24,8 +24,9 @@ _NOSE = 4  # its tip, of the face mesh
 #: Waits for the picture that what happens next leads to: resolves with the ms from its event to its frame.
 _WATCH = """(event) => {
     const image = document.querySelector('[data-view=result]');
-    window.took = new Promise((shown) => {
+    window.took = new Promise((shown, failed) => {
         let start;
+        setTimeout(() => failed(new Error(`no picture after ${event}`)), 20_000);
         addEventListener(event, () => (start ??= performance.now()), { capture: true });
         const watch = new MutationObserver(async () => {
             if (start === undefined) return;
@@ -85,7 +86,9 @@ def _slide(page: Any, count: int) -> list[float]:
 
 def _drag(page: Any, count: int) -> list[float]:
     """Drag the tip of the nose along so many places; return the seconds that each took to be seen."""
-    box = page.locator(".photo[data-role=target] .frame img").bounding_box()
+    photo = page.locator(".photo[data-role=target] .frame img")
+    photo.scroll_into_view_if_needed()
+    box = photo.bounding_box()
     x, y = page.evaluate(
         """async ([point, side]) => {
             const { session } = JSON.parse(sessionStorage.getItem('relit'));
