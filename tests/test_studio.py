@@ -7,6 +7,7 @@ import queue
 import threading
 import time
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 
 import httpx
 import numpy as np
@@ -20,6 +21,7 @@ from relit.options import TransferOptions
 from relit.relighting import transfer
 from relit.samples import sample
 from relit.settings_file import Settings, as_json, from_json
+from relit.studio import pictures
 from relit.studio import sessions as module
 from relit.studio.app import Server, create_app
 from relit.studio.guard import HEADERS
@@ -172,6 +174,53 @@ class TestRendering:
         assert client.post(f"{place}/render", json={"sequence": 7}).status_code == 200
         answer = client.post(f"{place}/render", json={"sequence": 6})
         assert (answer.status_code, answer.json()["error"]["code"]) == (409, "stale")
+
+    def test_a_request_at_work_is_called_off_by_a_newer_one(self, monkeypatch):
+        store, entered, overtaken, finished = Sessions(), threading.Event(), threading.Event(), []
+
+        def held_up(*args, **named):
+            entered.set()
+            assert overtaken.wait(30)
+            finished.append(transfer(*args, **named))
+            return finished[-1]
+
+        monkeypatch.setattr(pictures, "transfer", held_up)
+        with served(sessions=store) as client, ThreadPoolExecutor(2) as clients:
+            token = client.post(f"{API}/sessions").json()["session"]
+            client.post(f"{API}/sessions/{token}/samples")
+
+            def ask(sequence):
+                return client.post(f"{API}/sessions/{token}/render", json={"sequence": sequence})
+
+            older = clients.submit(ask, 1)
+            assert entered.wait(30)
+            newer = clients.submit(ask, 2)
+            while store.get(token).newest < 2:
+                time.sleep(0.01)
+            overtaken.set()
+            assert older.result().json()["error"]["code"] == "stale"
+            assert newer.result().status_code == 200
+        assert len(finished) == 1
+
+    def test_a_quick_preview_is_about_the_fine_one_at_the_same_size(self, client, place):
+        images = []
+        for sequence, quick in enumerate((True, False)):
+            wanted = {"side": 512, "quick": quick, "sequence": sequence}
+            answer = client.post(f"{place}/render", json=wanted)
+            with Image.open(io.BytesIO(answer.content)) as opened:
+                images.append(np.asarray(opened).astype(float))
+        before = read_image(sample("target")).pixels.astype(float)
+        quick, fine = (image - before for image in images)
+        face = np.abs(fine).max(axis=2) > 8
+        assert np.corrcoef(quick[face].ravel(), fine[face].ravel())[0, 1] > 0.9
+        assert np.abs(quick - fine).max() > 0
+
+    def test_only_the_sessions_at_work_last_keep_their_steps(self):
+        store = Sessions()
+        several = [store.get(store.begin()) for _ in range(6)]
+        memos = [store.memo_of(session) for session in several]
+        assert [session.memo for session in several] == [None, None, *memos[2:]]
+        assert store.memo_of(several[3]) is memos[3]
 
     @pytest.mark.parametrize(
         "options", [{"lam": -1}, {"nonsense": 1}, {"strength": "much"}, {"light": "sun"}, {"mask": "no"}]

@@ -64,7 +64,7 @@ def create_app(
         redoc_url=None,
         openapi_url="/api/v1/openapi.json",
     )
-    app.include_router(routes(sessions or Sessions(), most_pixels, most_bytes))
+    app.include_router(routes(Sessions() if sessions is None else sessions, most_pixels, most_bytes))
 
     @app.exception_handler(RelitError)
     def refuse(_request: Request, error: RelitError) -> JSONResponse:
