@@ -1,6 +1,6 @@
-"""Take the studio's pictures of the README: `python -m tests.e2e.pictures`, with the page served somewhere.
+"""Take the studio's pictures of the README: ``python -m tests.e2e.pictures ADDRESS``.
 
-Its one argument is the address that `relit studio --no-open` tells.
+The address is the one that ``relit studio --no-open`` tells.
 """
 
 import io
@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 
 from PIL import Image
-from playwright.sync_api import sync_playwright
 
 from tests.e2e.page import BROWSER, WATCH, settled
 
@@ -21,6 +20,8 @@ PICTURES = {
 
 
 def main(address: str) -> None:
+    from playwright.sync_api import sync_playwright  # pytest imports this module for its doctests
+
     with sync_playwright() as started:
         browser = started.chromium.launch(executable_path=str(BROWSER), args=["--no-sandbox"])
         for name, (width, height, colors, lowest) in PICTURES.items():
