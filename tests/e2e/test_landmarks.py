@@ -1,5 +1,7 @@
 """Landmarks in the page: by hand, by finger, from files, in groups."""
 
+import re
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -120,6 +122,7 @@ def test_landmarks_go_to_files_of_every_format_and_come_from_them(editing, tmp_p
     assert formats == editing.evaluate(
         "fetch('/api/v1/options').then(r => r.json()).then(o => o.landmark_formats)"
     )
+    editing.select_option("#point", "152")
     for suffix in formats:
         editing.select_option(".photo[data-role=target] .landmark-format", suffix)
         with editing.expect_download() as download:
@@ -134,6 +137,8 @@ def test_landmarks_go_to_files_of_every_format_and_come_from_them(editing, tmp_p
         editing.set_input_files(".photo[data-role=target] .landmark-file", file)
         quiet(editing)
         np.testing.assert_allclose(points(editing, "target"), expected, atol=1e-6)
+        shown = re.search(r"target ([\d.]+), ([\d.]+)", editing.inner_text("#place"))
+        np.testing.assert_allclose([float(at) for at in shown.groups()], expected[152], atol=0.051)
 
 
 def test_landmarks_of_another_kind_need_a_partner_and_bring_their_groups(editing, tmp_path):
