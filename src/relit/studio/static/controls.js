@@ -4,7 +4,7 @@
 /** @typedef {import("./api.js").Option} Option */
 
 /** What is used most, in this order; everything else goes under "more". */
-const FIRST = ["lam", "strength", "exposure", "tint", "method", "light", "region", "mask"];
+const FIRST = ["lam", "strength", "shadows", "highlights", "exposure", "tint", "method", "light", "region", "mask"];
 const NUMBER = "#"; // choice of the select that stands for the number beside it
 
 export class Controls extends EventTarget {
@@ -37,8 +37,17 @@ export class Controls extends EventTarget {
       ({ name, flag }) => message.startsWith(`${name}:`) || message.startsWith(`${flag}:`),
     );
     const field = named && this.fields.get(named.name);
-    if (field) field.problem.textContent = message;
+    if (field) field.problem.textContent = this.#worded(message.replace(/^[^:]*/, titled(named)));
     return Boolean(field);
+  }
+
+  /** What the server says of the command line, as what is seen here: flags are controls. @param {string} text */
+  #worded(text) {
+    for (const option of this.options) {
+      const name = option.flag.slice(2);
+      text = text.replaceAll(`--no-${name}`, `${titled(option)} off`).replaceAll(option.flag, titled(option));
+    }
+    return text.replace(/\b(TARGET|REFERENCE)\b/g, (word) => word.toLowerCase());
   }
 
   forgive() {
@@ -49,9 +58,10 @@ export class Controls extends EventTarget {
   #field(option) {
     const box = make("div", { className: `field ${option.kind}` });
     const id = `option-${option.name}`;
-    const title = option.flag.replace(/^-+/, "").replaceAll("-", " ");
-    const label = make("label", { htmlFor: id, textContent: title[0].toUpperCase() + title.slice(1) });
-    const hint = make("p", { id: `${id}-help`, className: "hint", textContent: option.help, title: option.help });
+    const title = titled(option);
+    const label = make("label", { htmlFor: id, textContent: title });
+    const help = this.#worded(option.help);
+    const hint = make("p", { id: `${id}-help`, className: "hint", textContent: help, title: help });
     const problem = make("p", { id: `${id}-problem`, className: "problem" });
     problem.setAttribute("role", "alert");
     const say = (/** @type {any} */ value) =>
@@ -110,12 +120,12 @@ const KINDS = {
     const { least, most, log, steps } = rangeOf(option);
     const slid = most !== null;
     const slider = make("input", { type: "range", id, min: "0", max: String(steps), step: "1" });
-    const number = make("input", { type: "number", step: "any", id: slid ? `${id}-number` : id });
+    const number = make("input", { type: "number", step: "0.01", id: slid ? `${id}-number` : id });
     if (option.at_least !== null) number.min = String(option.at_least);
     if (option.at_most !== null) number.max = String(option.at_most);
-    number.setAttribute("aria-label", `${option.flag.replace(/^-+/, "")}, as a number`);
+    number.setAttribute("aria-label", `${titled(option)}, as a number`);
     const words = make("select", { id: `${id}-words` });
-    words.setAttribute("aria-label", `${option.flag.replace(/^-+/, "")}, as a word`);
+    words.setAttribute("aria-label", `${titled(option)}, as a word`);
     if (option.default === null) words.append(new Option("automatic", ""));
     words.append(new Option("number", NUMBER));
     for (const word of option.words) words.append(new Option(word, word));
@@ -149,6 +159,12 @@ const KINDS = {
     return { parts, words: words.length > 1 ? words : undefined, show };
   },
 };
+
+/** What a control is called. @param {Option} option */
+function titled({ flag }) {
+  const words = flag.replace(/^-+/, "").replaceAll("-", " ");
+  return words[0].toUpperCase() + words.slice(1);
+}
 
 /**
  * From where to where a slider goes, and in how many steps: as far as the option does, or tenfold round the

@@ -2,35 +2,46 @@
 /** Files in and out of the page. */
 
 /**
- * Take files that are dropped on an element or chosen by an input.
- * @param {HTMLElement} zone @param {HTMLInputElement} input @param {(file: File) => void} take
+ * Take files that are dropped on an element, unless one inside it has taken them.
+ * @param {HTMLElement} zone @param {(files: File[]) => void} take
  */
-export function takeFiles(zone, input, take) {
+export function dropZone(zone, take) {
+  const hasFiles = (/** @type {DragEvent} */ event) => Boolean(event.dataTransfer?.types.includes("Files"));
   zone.addEventListener("dragover", (event) => {
-    if (!event.dataTransfer?.types.includes("Files")) return;
+    if (!hasFiles(event)) return;
+    zone.classList.toggle("dropping", !event.defaultPrevented);
     event.preventDefault();
-    zone.classList.add("dropping");
   });
   zone.addEventListener("dragleave", (event) => {
     if (!zone.contains(/** @type {Node | null} */ (event.relatedTarget))) zone.classList.remove("dropping");
   });
   zone.addEventListener("drop", (event) => {
-    event.preventDefault();
+    if (!hasFiles(event)) return;
     zone.classList.remove("dropping");
-    const file = event.dataTransfer?.files[0];
-    if (file) take(file);
-  });
-  input.addEventListener("change", () => {
-    const file = input.files?.[0];
-    // So that the same file can be chosen again.
-    if (file) take(file);
-    input.value = "";
+    if (!event.defaultPrevented) take([...(event.dataTransfer?.files ?? [])]);
+    // A file must not replace the page.
+    event.preventDefault();
   });
 }
 
-/** A file that misses its zone must not replace the page. */
-export function guardPage() {
-  for (const type of ["dragover", "drop"]) window.addEventListener(type, (event) => event.preventDefault());
+/** @param {HTMLInputElement} input @param {(files: File[]) => void} take */
+export function onChosen(input, take) {
+  input.addEventListener("change", () => {
+    const files = [...(input.files ?? [])];
+    // So that the same file can be chosen again.
+    input.value = "";
+    if (files.length) take(files);
+  });
+}
+
+/** Whether a file can be read: a folder that was dropped cannot. @param {File} file */
+export async function readable(file) {
+  try {
+    await file.slice(0, 1).arrayBuffer();
+    return true;
+  } catch {
+    return false;
+  }
 }
 
 /** @param {Blob} blob @param {string} name */

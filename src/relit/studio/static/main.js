@@ -3,7 +3,8 @@
 
 import { ApiError, fetchOptions } from "./api.js";
 import { Controls } from "./controls.js";
-import { guardPage, save } from "./files.js";
+import { dropZone, save } from "./files.js";
+import { Intake } from "./intake.js";
 import { Panel } from "./panel.js";
 import { ROLES } from "./pairs.js";
 import { PointTools } from "./tools.js";
@@ -24,7 +25,9 @@ const $ = (/** @type {string} */ id) => /** @type {any} */ (document.getElementB
 const say = (/** @type {string} */ text) => ($("status").textContent = text);
 
 async function start() {
-  guardPage();
+  /** @type {(files: File[]) => void} */
+  let drop = () => {};
+  dropZone(document.documentElement, (files) => drop(files));
   const offer = await fetchOptions();
   const { session, photos, kept } = await begin();
   /** @type {Record<Role, string>} */
@@ -90,13 +93,17 @@ async function start() {
     note();
   };
 
-  /** Do what the server may refuse, and show where. @param {Role | null} role @param {() => Promise<void>} act */
-  const attempt = async (role, act) => {
+  /**
+   * Do what the server may refuse, and show where.
+   * @param {Role | null} role @param {() => Promise<void>} act @param {string} [doing]
+   */
+  const attempt = async (role, act, doing = "Working…") => {
     const busy = role ? [panels[role]] : ROLES.map((one) => panels[one]);
     for (const panel of busy) panel.busy(true);
-    const slow = setTimeout(() => say("Working…"), 300);
+    const slow = setTimeout(() => say(doing), 300);
     try {
       if (role) panels[role].problem("");
+      else $("stage-problem").textContent = "";
       await act();
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
@@ -105,32 +112,30 @@ async function start() {
     } finally {
       clearTimeout(slow);
       for (const panel of busy) panel.busy(false);
-      if ($("status").textContent === "Working…") say("");
+      if ($("status").textContent === doing) say("");
     }
+  };
+
+  const intake = new Intake(session, offer, attempt, {
+    photos: (given, called) => {
+      names = { ...names, ...called };
+      return take(given);
+    },
+    marks: (role, marks) => {
+      sync.knows(role, { target: null, reference: null, [role]: marks });
+      store.set({ faces: { ...store.now.faces, [role]: marks } });
+    },
+  });
+  drop = (files) => {
+    const empty = ROLES.find((role) => !photos[role]);
+    if (empty || files.length > 1) void intake.receive(files, empty ?? "target");
+    else say("Drop a single file on the target or on the reference.");
   };
 
   for (const role of ROLES) {
     const panel = panels[role];
-    panel.addEventListener("photo", (event) => {
-      const { file } = /** @type {CustomEvent} */ (event).detail;
-      void attempt(role, async () => {
-        if (file.size > offer.limits.bytes) {
-          throw new ApiError(0, "too_large", `${file.name} has ${mega(file.size)} MB; at most ${mega(offer.limits.bytes)} are taken. Choose a smaller file.`);
-        }
-        const photo = await session.upload(role, file);
-        names[role] = file.name;
-        await take({ [role]: photo });
-      });
-    });
-    panel.addEventListener("marks", (event) => {
-      const { file, format } = /** @type {CustomEvent} */ (event).detail;
-      void attempt(role, async () => {
-        const marks = await session.loadLandmarks(role, format, file);
-        const faces = { ...store.now.faces, [role]: marks };
-        sync.knows(role, { target: null, reference: null, [role]: marks });
-        store.set({ faces });
-      });
-    });
+    panel.addEventListener("files", (event) => void intake.receive(/** @type {CustomEvent} */ (event).detail, role));
+    panel.addEventListener("marks", (event) => void intake.marks(role, /** @type {CustomEvent} */ (event).detail));
     panel.addEventListener("save", (event) => {
       const format = /** @type {CustomEvent} */ (event).detail;
       void attempt(role, async () => {
@@ -173,11 +178,10 @@ async function start() {
   });
   $("export").addEventListener("click", () =>
     attempt(null, async () => {
-      say("Exporting in full resolution…");
       await sync.push(() => store.now.faces);
       save(await session.export({ options: store.now.options, format: $("format").value }), "relit.zip");
       say("Exported relit.zip.");
-    }),
+    }, "Exporting in full resolution…"),
   );
   $("undo").addEventListener("click", () => store.undo());
   $("redo").addEventListener("click", () => store.redo());
@@ -249,9 +253,6 @@ async function start() {
   await take(photos);
   $("samples").disabled = false;
 }
-
-/** @param {number} bytes */
-const mega = (bytes) => Math.round(bytes / 2 ** 20);
 
 start().catch((error) => {
   $("stage-problem").textContent = error.message;

@@ -1,7 +1,7 @@
 // @ts-check
 /** One photo of the pair: its frame, its points, its files. */
 
-import { takeFiles, formatOf } from "./files.js";
+import { dropZone, onChosen } from "./files.js";
 import { PointEditor } from "./points.js";
 import { Viewport } from "./viewport.js";
 
@@ -29,11 +29,13 @@ export class Panel extends EventTarget {
     this.part(".frame .empty").textContent = `Drop the ${role} here`;
     const choose = /** @type {HTMLInputElement} */ (this.part(".head input"));
     choose.setAttribute("aria-label", `Choose the ${role} photo`);
-    takeFiles(this.root, choose, (file) => this.#taken(file, formats));
+    const files = (/** @type {File[]} */ files) => this.#say("files", files);
+    dropZone(this.root, files);
+    onChosen(choose, files);
     const load = /** @type {HTMLInputElement} */ (this.part(".landmark-file"));
     load.accept = formats.join(",");
     load.setAttribute("aria-label", `Load landmarks of the ${role}`);
-    takeFiles(load, load, (file) => this.#taken(file, formats));
+    onChosen(load, ([file]) => this.#say("marks", file));
     this.format = /** @type {HTMLSelectElement} */ (this.part(".landmark-format"));
     this.format.setAttribute("aria-label", `Format of the ${role}'s landmark file`);
     for (const format of formats) this.format.append(new Option(format));
@@ -42,7 +44,7 @@ export class Panel extends EventTarget {
     this.on("out", () => this.viewport.zoom(0.7));
     this.on("in", () => this.viewport.zoom(1.4));
     this.on("fit", () => this.viewport.fit());
-    this.on("save", () => this.dispatchEvent(new CustomEvent("save", { detail: this.format.value })));
+    this.on("save", () => this.#say("save", this.format.value));
     this.picture = /** @type {HTMLImageElement} */ (this.part(".frame img"));
     this.filled(false);
   }
@@ -85,9 +87,8 @@ export class Panel extends EventTarget {
     this.root.setAttribute("aria-busy", String(yes));
   }
 
-  /** A photo, or by its name a file of landmarks. @param {File} file @param {string[]} formats */
-  #taken(file, formats) {
-    const format = formatOf(file.name, formats);
-    this.dispatchEvent(new CustomEvent(format ? "marks" : "photo", { detail: { file, format } }));
+  /** @param {string} type @param {unknown} detail */
+  #say(type, detail) {
+    this.dispatchEvent(new CustomEvent(type, { detail }));
   }
 }

@@ -5,6 +5,7 @@
 
 const SVG = "http://www.w3.org/2000/svg";
 const REACH = 14; // CSS px from a point within which the pointer has it
+const SLIP = 5; // CSS px that a finger wanders when it only taps
 const LAYERS = ["rest", "halo", "dots", "alone", "hovered", "chosen", "scale"];
 
 export class PointEditor extends EventTarget {
@@ -15,6 +16,7 @@ export class PointEditor extends EventTarget {
     this.viewport = viewport;
     this.adding = false;
     this.spaced = false;
+    this.release = () => {};
     /** @type {Marks | null} */
     this.marks = null;
     /** @type {Set<number>} rows that can be had */
@@ -48,10 +50,10 @@ export class PointEditor extends EventTarget {
     frame.addEventListener("keydown", (event) => this.#key(event));
     frame.addEventListener("keyup", (event) => (this.spaced &&= event.key !== " "));
     frame.addEventListener("blur", () => (this.spaced = false));
-    // A finger on a point drags it; elsewhere, while all is in sight, it scrolls the page.
+    // A finger on a point drags it, and two zoom; elsewhere, while all is in sight, one scrolls the page.
     const held = (/** @type {TouchEvent} */ event) => {
-      const [x, y] = this.#place(event.touches[0]);
-      if (this.at(x, y) !== null) event.preventDefault();
+      const [x, y] = viewport.place(event.touches[0]);
+      if (event.touches.length > 1 || this.at(x, y) !== null) event.preventDefault();
     };
     frame.addEventListener("touchstart", held, { passive: false });
   }
@@ -114,16 +116,10 @@ export class PointEditor extends EventTarget {
     this.dispatchEvent(new CustomEvent(type, { detail }));
   }
 
-  /** @param {{clientX: number, clientY: number}} event */
-  #place(event) {
-    const box = this.frame.getBoundingClientRect();
-    return [event.clientX - box.left, event.clientY - box.top];
-  }
-
   /** @param {PointerEvent} event */
   #hover(event) {
     if (event.buttons) return;
-    const [x, y] = this.#place(event);
+    const [x, y] = this.viewport.place(event);
     const row = this.at(x, y);
     this.frame.classList.toggle("over-point", row !== null);
     if (row !== this.hovered) this.#say("hover", { row });
@@ -131,36 +127,45 @@ export class PointEditor extends EventTarget {
 
   /** @param {PointerEvent} event */
   #press(event) {
-    if (this.picture.hidden) return;
+    // A second finger ends what the first began.
+    if (this.viewport.pinched) return this.release();
     const panning = event.button === 1 || this.spaced;
-    if (event.button !== 0 && !panning) return;
-    let [x, y] = this.#place(event);
-    const row = panning ? null : this.at(x, y);
-    if (row === null && this.adding && !panning) {
-      this.#say("add", { place: this.viewport.toPhoto(x, y) });
-      return;
-    }
+    if (this.picture.hidden || (event.button !== 0 && !panning)) return;
+    const start = this.viewport.place(event);
+    const row = panning ? null : this.at(start[0], start[1]);
     if (row !== null) this.#say("choose", { row });
     this.frame.setPointerCapture(event.pointerId);
     const tag = `drag ${event.timeStamp}`;
+    const slip = row !== null && event.pointerType === "mouse" ? 0 : SLIP;
     const point = row === null ? null : this.marks?.points[row];
-    // Keep the distance between pointer and point, so that a click alone moves nothing.
-    const [px, py] = point ? this.viewport.toFrame(point) : [x, y];
-    const [offX, offY] = [px - x, py - y];
+    const [heldX, heldY] = point ? this.viewport.toFrame(point) : start;
+    let [x, y] = start;
+    let still = true;
     const move = (/** @type {PointerEvent} */ moving) => {
-      const [toX, toY] = this.#place(moving);
-      if (row === null) this.viewport.pan(toX - x, toY - y);
-      else this.#say("move", { row, place: this.viewport.toPhoto(toX + offX, toY + offY), tag });
-      [x, y] = [toX, toY];
+      const [toX, toY] = this.viewport.place(moving);
+      if (still && Math.hypot(toX - x, toY - y) <= slip) return;
+      // A finger that has slipped off its point takes it along from there, without a jump.
+      if (still && slip && row !== null) [x, y] = [toX, toY];
+      still = false;
+      if (row === null) {
+        this.viewport.pan(toX - x, toY - y);
+        [x, y] = [toX, toY];
+      } else this.#say("move", { row, place: this.viewport.toPhoto(heldX + toX - x, heldY + toY - y), tag });
     };
-    const end = () => {
-      this.frame.removeEventListener("pointermove", move);
-      this.frame.removeEventListener("pointerup", end);
-      this.frame.removeEventListener("pointercancel", end);
+    const end = (/** @type {PointerEvent} */ { type }) => {
+      this.release();
+      const tapped = type === "pointerup" && still && row === null && !panning;
+      if (tapped && this.adding) this.#say("add", { place: this.viewport.toPhoto(start[0], start[1]) });
     };
-    this.frame.addEventListener("pointermove", move);
-    this.frame.addEventListener("pointerup", end);
-    this.frame.addEventListener("pointercancel", end);
+    this.release();
+    const over = new AbortController();
+    this.release = () => over.abort();
+    const mine = (/** @type {(event: PointerEvent) => void} */ act) => (/** @type {PointerEvent} */ other) =>
+      other.pointerId === event.pointerId && act(other);
+    this.frame.addEventListener("pointermove", mine(move), over);
+    for (const type of /** @type {const} */ (["pointerup", "pointercancel"])) {
+      this.frame.addEventListener(type, mine(end), over);
+    }
   }
 
   /** @param {KeyboardEvent} event */

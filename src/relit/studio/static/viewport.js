@@ -16,6 +16,27 @@ export class Viewport extends EventTarget {
     this.box = [0, 0, 1, 1];
     new ResizeObserver(() => (this.fitted ? this.fit(this.box) : this.#changed())).observe(frame);
     frame.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
+    /** @type {Map<number, number[]>} pointer → place of each finger that is down */
+    this.fingers = new Map();
+    frame.addEventListener("pointerdown", (event) => {
+      if (event.pointerType === "touch") this.fingers.set(event.pointerId, this.place(event));
+    });
+    frame.addEventListener("pointermove", (event) => this.#finger(event));
+    for (const type of ["pointerup", "pointercancel"]) {
+      // A finger may be lifted anywhere.
+      window.addEventListener(type, (event) => this.fingers.delete(/** @type {PointerEvent} */ (event).pointerId));
+    }
+  }
+
+  /** Whether two fingers zoom and move the picture now. */
+  get pinched() {
+    return this.fingers.size > 1;
+  }
+
+  /** Where something happened, in px of the frame. @param {{clientX: number, clientY: number}} event */
+  place(event) {
+    const box = this.frame.getBoundingClientRect();
+    return [event.clientX - box.left, event.clientY - box.top];
   }
 
   /**
@@ -92,12 +113,33 @@ export class Viewport extends EventTarget {
   /** @param {WheelEvent} event */
   #wheel(event) {
     event.preventDefault();
-    const box = this.frame.getBoundingClientRect();
     const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 20 : 1;
-    this.zoom(Math.exp(-event.deltaY * lines * 0.002), event.clientX - box.left, event.clientY - box.top);
+    const [x, y] = this.place(event);
+    this.zoom(Math.exp(-event.deltaY * lines * 0.002), x, y);
+  }
+
+  /** Keep what is between two fingers between them. @param {PointerEvent} event */
+  #finger(event) {
+    if (!this.fingers.has(event.pointerId)) return;
+    const [x, y, apart] = this.#between();
+    this.fingers.set(event.pointerId, this.place(event));
+    if (!this.pinched) return;
+    const [toX, toY, farther] = this.#between();
+    this.zoom(farther / Math.max(apart, 1), x, y);
+    if (!this.fitted) this.pan(toX - x, toY - y);
+  }
+
+  /** The middle of two fingers, and how far they are apart. */
+  #between() {
+    const [[x, y], [otherX, otherY] = [x, y]] = this.fingers.values();
+    return [(x + otherX) / 2, (y + otherY) / 2, Math.hypot(x - otherX, y - otherY)];
   }
 
   #changed() {
+    // The middle of the frame stays on the photo, which is never lost from sight.
+    const { clientWidth, clientHeight } = this.frame;
+    this.x = Math.min(Math.max(this.x, clientWidth / 2 - this.width * this.scale), clientWidth / 2);
+    this.y = Math.min(Math.max(this.y, clientHeight / 2 - this.height * this.scale), clientHeight / 2);
     this.dispatchEvent(new Event("change"));
   }
 }

@@ -1,0 +1,85 @@
+// @ts-check
+/** Files that are dropped or chosen, on their way to the server: photos, and by their names landmarks. */
+
+import { ApiError } from "./api.js";
+import { formatOf, readable } from "./files.js";
+import { ROLES } from "./pairs.js";
+
+/**
+ * @typedef {import("./api.js").Role} Role
+ * @typedef {import("./api.js").Photo} Photo
+ * @typedef {import("./api.js").Marks} Marks
+ */
+
+export class Intake {
+  /**
+   * @param {import("./api.js").Session} session
+   * @param {import("./api.js").Offer} offer
+   * @param {(role: Role | null, act: () => Promise<void>) => Promise<void>} attempt
+   * @param {{photos: (given: Partial<Record<Role, Photo>>, names: Partial<Record<Role, string>>) => Promise<void>,
+   *   marks: (role: Role, marks: Marks) => void}} taken told what the server has taken
+   */
+  constructor(session, { limits, landmark_formats: formats }, attempt, taken) {
+    this.session = session;
+    this.limits = limits;
+    this.formats = formats;
+    this.attempt = attempt;
+    this.taken = taken;
+  }
+
+  /** @param {File[]} files @param {Role} role whose one file is */
+  async receive(files, role) {
+    const isMarks = (/** @type {File} */ file) => formatOf(file.name, this.formats) !== null;
+    await this.#photos(dealt(files.filter((file) => !isMarks(file)), role));
+    const marks = dealt(files.filter(isMarks), role);
+    for (const one of ROLES) if (marks[one]) await this.marks(one, marks[one]);
+  }
+
+  /** @param {Role} role @param {File} file */
+  marks(role, file) {
+    return this.attempt(role, async () => {
+      const format = formatOf(file.name, this.formats);
+      if (!format) throw refusal(`${file.name} is not a landmark file; choose one of ${this.formats.join(", ")}.`);
+      await this.#check(file);
+      this.taken.marks(role, await this.session.loadLandmarks(role, format, file));
+    });
+  }
+
+  /** @param {Partial<Record<Role, File>>} files */
+  async #photos(files) {
+    /** @type {Partial<Record<Role, Photo>>} */
+    const given = {};
+    /** @type {Partial<Record<Role, string>>} */
+    const names = {};
+    const upload = (/** @type {Role} */ role, /** @type {File} */ file) =>
+      this.attempt(role, async () => {
+        await this.#check(file);
+        given[role] = await this.session.upload(role, file);
+        names[role] = file.name;
+      });
+    await Promise.all(ROLES.map((role) => files[role] && upload(role, files[role])));
+    if (given.target || given.reference) await this.attempt(null, () => this.taken.photos(given, names));
+  }
+
+  /** @param {File} file */
+  async #check(file) {
+    const mega = (/** @type {number} */ bytes) => Math.round(bytes / 2 ** 20);
+    if (file.size > this.limits.bytes) {
+      throw refusal(`${file.name} has ${mega(file.size)} MB; at most ${mega(this.limits.bytes)} are taken. Choose a smaller file.`);
+    }
+    if (!(await readable(file))) throw refusal(`${file.name} cannot be read; choose a file, not a folder.`);
+  }
+}
+
+/** @param {string} message */
+const refusal = (message) => new ApiError(0, "refused", message);
+
+/**
+ * Whose files these are: one is that of the role, the first of two the target's and the second the reference's.
+ * @param {File[]} files @param {Role} role
+ * @returns {Partial<Record<Role, File>>}
+ */
+function dealt(files, role) {
+  if (files.length < 2) return { [role]: files[0] };
+  return { target: files[0], reference: files[1] };
+}

@@ -1,0 +1,102 @@
+"""What the tests of the page do with it: wait, look where things are, ask the server what it holds."""
+
+import base64
+import re
+from pathlib import Path
+
+import numpy as np
+
+BROWSER = Path("/usr/bin/chromium")
+WAIT = 30_000  # ms
+#: ms without a question to the server, and none planned, after which the page has nothing more to ask.
+QUIET = 150
+
+#: Counts what the page has asked the server and not yet been answered.
+WATCH = """
+    window.asked = { open: 0, last: 0 };
+    const fetched = window.fetch;
+    window.fetch = async (...request) => {
+        window.asked.open += 1;
+        try { return await fetched(...request); }
+        finally { window.asked.open -= 1; window.asked.last = performance.now(); }
+    };
+"""
+
+_QUIET = """async ([quiet, most]) => {
+    const began = performance.now();
+    const busy = () => asked.open || document.querySelector("#stage").ariaBusy === "true";
+    while (busy() || performance.now() - Math.max(asked.last, began) < quiet) {
+        if (performance.now() - began > most) throw new Error("The page never rests.");
+        await new Promise((go) => setTimeout(go, 10));
+    }
+}"""
+
+
+def quiet(page):
+    """Wait until the page has nothing more to ask the server."""
+    page.evaluate(_QUIET, [QUIET, WAIT])
+
+
+def settled(page):
+    """Wait until the preview shows the newest state."""
+    quiet(page)
+    assert re.match("Done", page.inner_text("#status")), page.inner_text("#status")
+
+
+def api(page, path, method="GET"):
+    """Ask the server what it holds of this page's session; the status and the answer."""
+    return page.evaluate(
+        """async ([path, method]) => {
+            const { session } = JSON.parse(sessionStorage.getItem("relit"));
+            const answer = await fetch(`/api/v1/sessions/${session}${path}`, { method });
+            const json = answer.headers.get("Content-Type")?.includes("json");
+            return [answer.status, json ? await answer.json() : null];
+        }""",
+        [path, method],
+    )
+
+
+def points(page, role):
+    return np.array(api(page, f"/landmarks/{role}")[1]["points"])[:, :2]
+
+
+def on_screen(page, role, place):
+    """Return where a pixel of the photo is seen, and how large it is there, by where the picture is."""
+    box = page.locator(f".photo[data-role={role}] .frame img").bounding_box()
+    scale = box["width"] / api(page, "")[1][role]["width"]
+    return box["x"] + (place[0] + 0.5) * scale, box["y"] + (place[1] + 0.5) * scale, scale
+
+
+def drag(page, x, y, right, down):
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + right, y + down, steps=4)
+    page.mouse.up()
+
+
+def drop(page, selector, *files):
+    """Drop files on a part of the page, as a file manager does."""
+    carried = page.evaluate_handle(
+        """(files) => {
+            const carried = new DataTransfer();
+            for (const [name, bytes] of files) {
+                carried.items.add(new File([Uint8Array.from(atob(bytes), (one) => one.charCodeAt(0))], name));
+            }
+            return carried;
+        }""",
+        [[Path(file).name, base64.b64encode(Path(file).read_bytes()).decode()] for file in files],
+    )
+    for event in ("dragover", "drop"):
+        page.dispatch_event(selector, event, {"dataTransfer": carried})
+
+
+def touch(page, *steps):
+    """Touch the screen: each step is where the fingers are; at the end all are lifted."""
+    screen = page.context.new_cdp_session(page)
+    before = 0
+    for fingers in (*steps, ()):
+        kind = "touchEnd" if not fingers else "touchStart" if len(fingers) > before else "touchMove"
+        places = [{"x": x, "y": y, "id": k} for k, (x, y) in enumerate(fingers)]
+        screen.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": places})
+        before = len(fingers)
+    screen.detach()
