@@ -5,8 +5,11 @@ from __future__ import annotations
 import secrets
 import threading
 import time
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from relit.detect import detect_landmarks
 from relit.errors import FaceNotFoundError, RelitError
@@ -65,7 +68,27 @@ class Sitter:
     @property
     def size(self) -> int:
         """Bytes in memory, about."""
-        return int(self.photo.pixels.nbytes)
+        return held((self.photo, self.previews))
+
+
+def held(thing: Any) -> int:
+    """Return the bytes of the arrays in a thing; those in two places count twice.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> held({"a": [np.zeros(3), (np.zeros(2), "text")]})
+    40
+    """
+    if isinstance(thing, np.ndarray):
+        return thing.nbytes
+    if isinstance(thing, Mapping):
+        return sum(map(held, list(thing.values())))
+    if isinstance(thing, (list, tuple)):
+        return sum(map(held, thing))
+    if is_dataclass(thing):
+        return sum(held(getattr(thing, part.name)) for part in fields(thing))
+    return 0
 
 
 def seated(photo: Photo, role: str) -> Sitter:
@@ -108,8 +131,47 @@ class Session:
             If there is none.
         """
         if role not in self.sitters:
-            raise StudioError(404, "not_found", f"There is no {role} yet; drop a photo first.")
+            raise StudioError(404, "no_photo", f"There is no {role} yet; drop a photo first.")
         return self.sitters[role]
+
+    def needed(self, role: str) -> Sitter:
+        """Return the photo of a role, for work that takes it.
+
+        Raises
+        ------
+        StudioError
+            If there is none; with another status than where the photo itself was asked for.
+        """
+        try:
+            return self.sitter(role)
+        except StudioError as error:
+            raise StudioError(409, error.code, str(error)) from None
+
+    def ready(self, role: str) -> tuple[Sitter, Landmarks]:
+        """Return the photo of a role and its landmarks, for work that takes both.
+
+        Raises
+        ------
+        StudioError
+            If one is missing.
+        """
+        sitter = self.needed(role)
+        if sitter.landmarks is None:
+            raise StudioError(409, "no_face", f"The {role} has no landmarks yet; place them by hand.")
+        return sitter, sitter.landmarks
+
+    @property
+    def size(self) -> int:
+        """Bytes in memory, about."""
+        return sum(sitter.size for sitter in list(self.sitters.values())) + held(self.last)
+
+    def forget(self) -> None:
+        """Forget what can be made anew, unless it is at work."""
+        if self.work.acquire(blocking=False):
+            self.last = None
+            for sitter in self.sitters.values():
+                sitter.previews = {}
+            self.work.release()
 
 
 class Sessions:
@@ -120,7 +182,7 @@ class Sessions:
     most : int
         How many there may be; the one that was idle longest makes room.
     most_bytes : int
-        How much their photos may hold together.
+        How much their photos and previews may hold together.
     """
 
     def __init__(self, most: int = 64, most_bytes: int = 2_000_000_000) -> None:
@@ -175,17 +237,28 @@ class Sessions:
         """Give a session a photo; those idle longest end where memory would not do."""
         with self._lock:
             session.sitters[role] = sitter
-            while self._bytes() > self._most_bytes and len(self._by_token) > 1:
-                self._end_idlest(but=session)
+        self.make_room(session)
 
-    def _bytes(self) -> int:
-        return sum(sitter.size for one in self._by_token.values() for sitter in one.sitters.values())
+    def make_room(self, session: Session) -> None:
+        """Where memory would not do, have others forget their previews, and then end, the idlest first."""
+        with self._lock:
+            excess = sum(one.size for one in self._by_token.values()) - self._most_bytes
+            others = sorted(
+                (one.touched, token) for token, one in self._by_token.items() if one is not session
+            )
+            for _, token in others:
+                if excess > 0:
+                    before = self._by_token[token].size
+                    self._by_token[token].forget()
+                    excess -= before - self._by_token[token].size
+            for _, token in others:
+                if excess > 0:
+                    excess -= self._by_token.pop(token).size
 
     def _sweep(self) -> None:
         oldest = time.monotonic() - EXPIRES
         for token in [token for token, one in self._by_token.items() if one.touched < oldest]:
             del self._by_token[token]
 
-    def _end_idlest(self, but: Session | None = None) -> None:
-        others = {token: one for token, one in self._by_token.items() if one is not but}
-        del self._by_token[min(others, key=lambda token: others[token].touched)]
+    def _end_idlest(self) -> None:
+        del self._by_token[min(self._by_token, key=lambda token: self._by_token[token].touched)]
