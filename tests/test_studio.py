@@ -1,14 +1,10 @@
 """The studio's HTTP API: what it gives is what the library gives, and nobody else's."""
 
-import contextlib
 import io
 import json
-import queue
-import threading
 import time
 import zipfile
 
-import httpx
 import numpy as np
 import pytest
 from PIL import Image
@@ -21,31 +17,17 @@ from relit.relighting import transfer
 from relit.samples import sample
 from relit.settings_file import Settings, as_json, from_json
 from relit.studio import sessions as module
-from relit.studio.app import Server, create_app
+from relit.studio.app import create_app
 from relit.studio.guard import HEADERS
 from relit.studio.sessions import Session, Sessions, Sitter, StudioError
+from tests.served import served
 
 API = "/api/v1"
 
 
-@contextlib.contextmanager
-def served(**options):
-    """Run a server on a free port, and lend a client of it."""
-    address = queue.Queue()
-    server = Server(create_app(**options), "127.0.0.1", 0, address.put)
-    thread = threading.Thread(target=server.run)
-    thread.start()
-    try:
-        with httpx.Client(base_url=address.get(timeout=30), timeout=60) as client:
-            yield client
-    finally:
-        server.should_exit = True
-        thread.join(30)
-
-
 @pytest.fixture(scope="module")
 def client():
-    with served() as client:
+    with served(create_app()) as client:
         yield client
 
 
@@ -258,7 +240,7 @@ class TestGuard:
 
     @pytest.mark.parametrize("chunked", [False, True])
     def test_floods_are_stopped(self, chunked):
-        with served(most_bytes=1_000_000) as client:
+        with served(create_app(most_bytes=1_000_000)) as client:
             address = f"{API}/sessions/{client.post(f'{API}/sessions').json()['session']}"
             content = (bytes(100_000) for _ in range(20)) if chunked else bytes(2_000_000)
             answer = client.put(f"{address}/photos/target", content=content)
@@ -266,7 +248,7 @@ class TestGuard:
             assert "1 MB at most" in answer.json()["error"]["message"]
 
     def test_photos_with_too_many_pixels_are_refused(self):
-        with served(most_pixels=1000) as client:
+        with served(create_app(most_pixels=1000)) as client:
             address = f"{API}/sessions/{client.post(f'{API}/sessions').json()['session']}"
             answer = client.put(f"{address}/photos/target", content=sample("target").read_bytes())
             assert answer.status_code == 400

@@ -6,7 +6,7 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, JsonValue, WithJsonSchema
 
 from relit.landmark_files import FORMATS as LANDMARK_FORMATS
 from relit.landmarks import SchemeName
@@ -72,7 +72,7 @@ Rows = Annotated[
 
 
 #: The eyes, the tip of the nose and the corners of a mouth.
-_FACE = [[40, 50], [80, 50], [60, 75], [45, 95], [75, 95]]
+_FACE: list[JsonValue] = [[40, 50], [80, 50], [60, 75], [45, 95], [75, 95]]
 
 
 #: 640.0 is a whole number, says JSON; true and "640" are none.
