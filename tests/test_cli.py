@@ -30,7 +30,7 @@ from relit.image import Photo, read_image, write_image
 from relit.landmark_files import read_landmarks, write_landmarks
 from relit.landmarks import Landmarks
 from relit.ltv import decompose, normalize
-from relit.methods import ltv_swap, shading
+from relit.methods import explained, ltv_swap
 from relit.options import TransferOptions
 from relit.samples import sample
 from relit.scale import automatic_lam
@@ -897,7 +897,7 @@ class TestInterruption:
         [
             (detect, "detect_landmarks"),
             (inputs, "align"),
-            (shading, "fit_light"),
+            (explained, "fit_light"),
             (relighting, "blend"),
             (figures, "contact_sheet"),
         ],

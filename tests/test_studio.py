@@ -1,15 +1,12 @@
 """The studio's HTTP API: what it gives is what the library gives, and nobody else's."""
 
-import contextlib
 import io
 import json
-import queue
 import threading
 import time
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
 
-import httpx
 import numpy as np
 import pytest
 from PIL import Image
@@ -23,31 +20,17 @@ from relit.samples import sample
 from relit.settings_file import Settings, as_json, from_json
 from relit.studio import pictures
 from relit.studio import sessions as module
-from relit.studio.app import Server, create_app
+from relit.studio.app import create_app
 from relit.studio.guard import HEADERS
 from relit.studio.sessions import Session, Sessions, Sitter, StudioError
+from tests.served import served
 
 API = "/api/v1"
 
 
-@contextlib.contextmanager
-def served(**options):
-    """Run a server on a free port, and lend a client of it."""
-    address = queue.Queue()
-    server = Server(create_app(**options), "127.0.0.1", 0, address.put)
-    thread = threading.Thread(target=server.run)
-    thread.start()
-    try:
-        with httpx.Client(base_url=address.get(timeout=30), timeout=60) as client:
-            yield client
-    finally:
-        server.should_exit = True
-        thread.join(30)
-
-
 @pytest.fixture(scope="module")
 def client():
-    with served() as client:
+    with served(create_app()) as client:
         yield client
 
 
@@ -185,7 +168,7 @@ class TestRendering:
             return finished[-1]
 
         monkeypatch.setattr(pictures, "transfer", held_up)
-        with served(sessions=store) as client, ThreadPoolExecutor(2) as clients:
+        with served(create_app(sessions=store)) as client, ThreadPoolExecutor(2) as clients:
             token = client.post(f"{API}/sessions").json()["session"]
             client.post(f"{API}/sessions/{token}/samples")
 
@@ -214,13 +197,6 @@ class TestRendering:
         face = np.abs(fine).max(axis=2) > 8
         assert np.corrcoef(quick[face].ravel(), fine[face].ravel())[0, 1] > 0.9
         assert np.abs(quick - fine).max() > 0
-
-    def test_only_the_sessions_at_work_last_keep_their_steps(self):
-        store = Sessions()
-        several = [store.get(store.begin()) for _ in range(6)]
-        memos = [store.memo_of(session) for session in several]
-        assert [session.memo for session in several] == [None, None, *memos[2:]]
-        assert store.memo_of(several[3]) is memos[3]
 
     @pytest.mark.parametrize(
         "options", [{"lam": -1}, {"nonsense": 1}, {"strength": "much"}, {"light": "sun"}, {"mask": "no"}]
@@ -307,7 +283,7 @@ class TestGuard:
 
     @pytest.mark.parametrize("chunked", [False, True])
     def test_floods_are_stopped(self, chunked):
-        with served(most_bytes=1_000_000) as client:
+        with served(create_app(most_bytes=1_000_000)) as client:
             address = f"{API}/sessions/{client.post(f'{API}/sessions').json()['session']}"
             content = (bytes(100_000) for _ in range(20)) if chunked else bytes(2_000_000)
             answer = client.put(f"{address}/photos/target", content=content)
@@ -315,7 +291,7 @@ class TestGuard:
             assert "1 MB at most" in answer.json()["error"]["message"]
 
     def test_photos_with_too_many_pixels_are_refused(self):
-        with served(most_pixels=1000) as client:
+        with served(create_app(most_pixels=1000)) as client:
             address = f"{API}/sessions/{client.post(f'{API}/sessions').json()['session']}"
             answer = client.put(f"{address}/photos/target", content=sample("target").read_bytes())
             assert answer.status_code == 400

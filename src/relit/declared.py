@@ -50,11 +50,19 @@ def check(name: str, value: Any, default: Any, declared: Any) -> None:
         above, at_least, at_most = declared["above"], declared["at_least"], declared["at_most"]
         wanted = f"above {above}" if above is not None else f"of {at_least} or more"
         wanted += f" and at most {at_most}" if at_most is not None else ""
-        number = isinstance(value, Real) and not isinstance(value, bool) and bool(np.isfinite(float(value)))
         if not (
-            number
+            _is_finite(value)
             and (value > above if above is not None else value >= at_least)
             and (at_most is None or value <= at_most)
         ):
             wanted += "".join(f", or {word!r}" for word in declared["words"])
             raise OptionError(f"{name}: expected a finite number {wanted}, got {value!r}")
+
+
+def _is_finite(value: Any) -> bool:
+    if not isinstance(value, Real) or isinstance(value, bool):
+        return False
+    try:
+        return bool(np.isfinite(float(value)))
+    except OverflowError:  # a whole number beyond all floats
+        return False

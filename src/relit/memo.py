@@ -51,6 +51,11 @@ class Memo:
         self._results: list[_Result] = []  # the latest last
         self._lock = threading.Lock()
 
+    @property
+    def size(self) -> int:
+        """Bytes that the arrays in it hold."""
+        return sum(result.size for result in self._results)
+
     @contextmanager
     def open(self, go_on: Callable[[], None] = lambda: None) -> Iterator[None]:
         """Let the steps of this thread, and of those that `threads.pool` lends it, use this memo.
@@ -74,7 +79,7 @@ class Memo:
             found = _Result(step, given, made, size_of(given) + size_of(made))
         with self._lock:
             self._results = [result for result in self._results if result is not found] + [found]
-            while sum(result.size for result in self._results) > self._most_bytes:
+            while self.size > self._most_bytes:
                 del self._results[0]
         return found.made  # type: ignore[no-any-return]
 

@@ -259,7 +259,7 @@ class TransferOptions:
             return {"keep": 0.0, "take": 1.0, "neutral": 0.0}.get(self.tint or "")
         return float(self.tint)
 
-    def changed(self, **changes: Any) -> TransferOptions:
+    def changed(self, /, **changes: Any) -> TransferOptions:
         """Return the options with some values changed.
 
         Raises

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 #: "Slightly smaller than 1/G of the facial features' mask", says the paper.
 _SLIGHTLY_SMALLER = 0.95
+_LEAST_LAM = 1e-12  # as good as 0, and 1/λ does not overflow
 
 _FEATURES = ("brows", "eyes", "nose", "mouth")
 _PAIRED = ("brows", "eyes")
@@ -185,7 +186,7 @@ def automatic_lam(landmarks: Landmarks, neighborhood: Neighborhood = 4) -> float
 def lam_for(landmarks: Landmarks, options: TransferOptions) -> float:
     """Return the λ that options mean for a face, for one whose eyes are 100 px apart."""
     if options.lam != "auto":
-        return float(options.lam)
+        return max(float(options.lam), _LEAST_LAM)
     # The isotropic length is nearest to that over 16 neighbours.
     neighborhood = 16 if options.neighborhood == "isotropic" else options.neighborhood
     return automatic_lam(landmarks, neighborhood)  # type: ignore[arg-type]

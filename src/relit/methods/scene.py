@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from relit.options import TransferOptions
 
 
+#: Sides of an image, from where on 1/λ is as good as infinite: a blur that wide leaves 10⁻⁸ of its mean.
+_BEYOND = 4
+
+
 @dataclass(frozen=True, eq=False)
 class Scene:
     """Two photos of one frame: the planes to relight, and where the face is.
@@ -56,8 +60,9 @@ class Scene:
 
     @property
     def lam_px(self) -> float:
-        """λ in px⁻¹."""
-        return self.lam * FACE_SCALE / self.landmarks.interocular_distance
+        """λ in px⁻¹; where it is so small that the light has no details at all, as large as that may be."""
+        side: int = max(*self.target.shape, *self.reference.shape)
+        return max(self.lam * FACE_SCALE / self.landmarks.interocular_distance, 1 / (_BEYOND * side))
 
 
 class Relit(NamedTuple):

@@ -5,185 +5,199 @@ from __future__ import annotations
 import io
 import tempfile
 import threading
-import zipfile
-from dataclasses import fields, replace
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any
 
-import numpy as np
+import fastapi
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
-from pydantic import BaseModel, ConfigDict, Field
 
 from relit._version import VERSION
 from relit.detect import detect_landmarks
-from relit.errors import FaceNotFoundError, ImageError, LandmarkError, OptionError
-from relit.image import read_image, write_image
+from relit.errors import LandmarkError
+from relit.image import read_image
 from relit.landmark_files import FORMATS as LANDMARK_FORMATS
 from relit.landmark_files import read_landmarks, write_landmarks
 from relit.landmarks import Landmarks, check_inside
 from relit.options import TransferOptions
 from relit.pixels import check_pixels
-from relit.relighting import transfer
 from relit.samples import sample
-from relit.settings_file import Settings, as_json, as_points
-from relit.studio.pictures import VIEWS, jpeg, preview_of, rendered, views_of
-from relit.studio.sessions import EXPIRES, ROLES, Session, Sessions, Sitter, StudioError, seated
+from relit.settings_file import as_points
+from relit.studio.exports import exported
+from relit.studio.failures import described
+from relit.studio.models import (
+    Begun,
+    ExportRequest,
+    Limits,
+    Marks,
+    Offer,
+    Option,
+    Pair,
+    PhotoFacts,
+    Points,
+    RenderRequest,
+    Role,
+    Seats,
+    Suffix,
+)
+from relit.studio.pictures import jpeg, preview_of, rendered, views_of
+from relit.studio.sessions import EXPIRES, ROLES, Session, Sessions, StudioError, seated
 
-Role = Literal["target", "reference"]
-if TYPE_CHECKING:
-    Suffix: TypeAlias = str
-    View: TypeAlias = str
-else:  # what a request may say is in tables
-    Suffix, View = Literal[tuple(LANDMARK_FORMATS)], Literal[tuple(VIEWS)]
+Token = Annotated[str, fastapi.Path(pattern="^[A-Za-z0-9_-]{1,100}$")]
 Side = Annotated[int, Query(ge=64, le=4096)]
 
 #: Computations at once, over all sessions: more would only be slower.
 _AT_ONCE = threading.BoundedSemaphore(2)
 
-
-class Problem(BaseModel):
-    """What went wrong."""
-
-    code: str
-    message: str
-
-
-class Failure(BaseModel):
-    """Every answer of 4xx."""
-
-    error: Problem
-
-
-class Points(BaseModel):
-    """Landmarks from a client."""
-
-    model_config = ConfigDict(extra="forbid")
-    scheme: str | None = None
-    points: list[list[float]] = Field(max_length=2000)
-
-
-class RenderRequest(BaseModel):
-    """A preview."""
-
-    model_config = ConfigDict(extra="forbid")
-    options: dict[str, Any] = {}
-    view: View = "result"
-    side: int = Field(640, ge=64, le=2048)
-    quick: bool = False
-    sequence: int = Field(0, ge=0, le=2**53)
-
-
-class ExportRequest(BaseModel):
-    """Files at full resolution."""
-
-    model_config = ConfigDict(extra="forbid")
-    options: dict[str, Any] = {}
-    format: Literal[".png", ".jpg", ".tif"] = ".png"
+_FILE: dict[str, Any] = {
+    "requestBody": {
+        "required": True,
+        "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
+    }
+}
+_VIEW_HEADERS = {
+    "X-Relit-Window": "Left, top, width and height of the view, as shares of the target's.",
+    "X-Relit-Views": "Names of the views that this method has.",
+    "X-Relit-Lambda-Px": "1/lambda, in px of the target: what is smaller stays the person's.",
+    "X-Relit-Seconds": "How long it took.",
+}
 
 
 def routes(sessions: Sessions, most_pixels: int, most_bytes: int) -> APIRouter:
     """Return the API on a store of sessions."""
-    failures: Any = {status: {"model": Failure} for status in (400, 403, 404, 409, 413, 422)}
-    api = APIRouter(prefix="/api/v1", responses=failures)
+    api = APIRouter(prefix="/api/v1", responses=described(403, 408, 413, 429))
 
     @api.get("/options")
-    def options() -> dict[str, Any]:
+    def options() -> Offer:
         """Describe every option of a transfer."""
-        return {
-            "options": [_declared(option) for option in fields(TransferOptions)],
-            "landmark_formats": list(LANDMARK_FORMATS),
-            "limits": {"bytes": most_bytes, "pixels": most_pixels},
-            "version": VERSION,
-        }
+        return Offer(
+            options=[Option.of(option) for option in fields(TransferOptions)],
+            landmark_formats=list(LANDMARK_FORMATS),
+            limits=Limits(bytes=most_bytes, pixels=most_pixels),
+            version=VERSION,
+        )
 
-    @api.post("/sessions", status_code=201)
-    def begin() -> dict[str, Any]:
+    @api.post(
+        "/sessions",
+        status_code=201,
+        responses=_links(201, "$response.body#/session", "about", "samples", "put_photo", "end"),
+    )
+    def begin() -> Begun:
         """Begin a session."""
-        return {"session": sessions.begin(), "expires_in": EXPIRES}
+        return Begun(session=sessions.begin(), expires_in=EXPIRES)
 
-    @api.delete("/sessions/{session}", status_code=204)
-    def end(session: str) -> Response:
+    @api.delete("/sessions/{session}", status_code=204, responses=described(422))
+    def end(session: Token) -> Response:
         """End a session and forget its photos."""
         sessions.end(session)
         return Response(status_code=204)
 
-    @api.post("/sessions/{session}/samples")
-    def samples(session: str) -> dict[str, Any]:
+    @api.post(
+        "/sessions/{session}/samples",
+        responses=_links(200, "$request.path.session", "render", "export", "swap") | described(404, 422),
+    )
+    def samples(session: Token) -> Pair:
         """Load the two sample photos."""
         one = sessions.get(session)
-        return {role: _take(sessions, one, role, sample(role).read_bytes(), most_pixels) for role in ROLES}
+        target, reference = (
+            _take(sessions, one, role, io.BytesIO(sample(role).read_bytes()), most_pixels) for role in ROLES
+        )
+        return Pair(target=target, reference=reference)
 
-    @api.put("/sessions/{session}/photos/{role}")
-    async def put_photo(session: str, role: Role, request: Request) -> dict[str, Any]:
+    @api.put(
+        "/sessions/{session}/photos/{role}", openapi_extra=_FILE, responses=described(400, 404, 409, 422)
+    )
+    async def put_photo(session: Token, role: Role, request: Request) -> PhotoFacts:
         """Take a photo, as the body, and find its face."""
         one = sessions.get(session)
-        data = await request.body()
+        data = io.BytesIO()  # without request.body(), which holds all of it twice for a while
+        async for part in request.stream():
+            data.write(part)
         return await run_in_threadpool(_take, sessions, one, role, data, most_pixels)
 
-    @api.get("/sessions/{session}")
-    def about(session: str) -> dict[str, Any]:
-        """Describe the photos of a session, None where there is none."""
+    @api.get("/sessions/{session}", responses=described(404, 422))
+    def about(session: Token) -> Seats:
+        """Describe the photos of a session, null where there is none."""
         sitters = sessions.get(session).sitters
-        return {role: _about(sitters[role]) if role in sitters else None for role in ROLES}
+        target, reference = (PhotoFacts.of(sitters[role]) if role in sitters else None for role in ROLES)
+        return Seats(target=target, reference=reference)
 
-    @api.get("/sessions/{session}/photos/{role}", response_class=Response)
-    def get_photo(session: str, role: Role, side: Side = 1280) -> Response:
+    @api.get(
+        "/sessions/{session}/photos/{role}",
+        response_class=Response,
+        responses=_sent("image/jpeg", "The photo.") | described(404, 422),
+    )
+    def get_photo(session: Token, role: Role, side: Side = 1280) -> Response:
         """Return a photo as a JPEG in sRGB."""
         one = sessions.get(session)
-        with one.work:
+        with one.work, _AT_ONCE:
             picture = preview_of(one.sitter(role), side)
+        sessions.make_room(one)
         return Response(jpeg(picture.pixels), media_type="image/jpeg")
 
-    @api.get("/sessions/{session}/landmarks/{role}")
-    def get_landmarks(session: str, role: Role) -> dict[str, Any] | None:
-        """Return the landmarks of a photo."""
-        return _shown(sessions.get(session).sitter(role))
+    @api.get("/sessions/{session}/landmarks/{role}", responses=described(404, 422))
+    def get_landmarks(session: Token, role: Role) -> Marks | None:
+        """Return the landmarks of a photo, null where there are none."""
+        return Marks.of(sessions.get(session).sitter(role))
 
-    @api.put("/sessions/{session}/landmarks/{role}")
-    def put_landmarks(session: str, role: Role, points: Points) -> dict[str, Any] | None:
+    @api.put("/sessions/{session}/landmarks/{role}", responses=described(400, 404, 422))
+    def put_landmarks(session: Token, role: Role, points: Points) -> Marks | None:
         """Place the landmarks of a photo."""
         return _place(sessions.get(session), role, as_points(points.model_dump(), f"{role}_landmarks"))
 
-    @api.post("/sessions/{session}/landmarks/{role}/detect")
-    def detect(session: str, role: Role) -> dict[str, Any] | None:
+    @api.post("/sessions/{session}/landmarks/{role}/detect", responses=described(404, 409, 422))
+    def detect(session: Token, role: Role) -> Marks | None:
         """Find the landmarks of a photo anew."""
         sitter = sessions.get(session).sitter(role)
         with _AT_ONCE:
             sitter.landmarks = detect_landmarks(sitter.photo.pixels, name=role)
         sitter.detected = True
-        return _shown(sitter)
+        return Marks.of(sitter)
 
-    @api.get("/sessions/{session}/landmarks/{role}/file", response_class=Response)
-    def get_file(session: str, role: Role, format: Suffix) -> Response:  # noqa: A002
+    @api.get(
+        "/sessions/{session}/landmarks/{role}/file",
+        response_class=Response,
+        responses=_sent("application/octet-stream", "The file.", "Content-Disposition")
+        | described(404, 409, 422),
+    )
+    def get_file(session: Token, role: Role, format: Suffix) -> Response:  # noqa: A002
         """Return the landmarks of a photo as a file."""
-        landmarks = sessions.get(session).sitter(role).landmarks
-        if landmarks is None:
-            raise StudioError(409, "no_face", f"The {role} has no landmarks yet; place them by hand.")
+        one = sessions.get(session)
+        one.sitter(role)
+        _, landmarks = one.ready(role)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, f"{role}{format}")
             write_landmarks(path, landmarks)
             return _attached(path.read_bytes(), path.name, "application/octet-stream")
 
-    @api.put("/sessions/{session}/landmarks/{role}/file")
-    async def put_file(session: str, role: Role, format: Suffix, request: Request) -> dict[str, Any] | None:  # noqa: A002
+    @api.put(
+        "/sessions/{session}/landmarks/{role}/file",
+        openapi_extra=_FILE,
+        responses=described(400, 404, 409, 422),
+    )
+    async def put_file(session: Token, role: Role, format: Suffix, request: Request) -> Marks | None:  # noqa: A002
         """Take the landmarks of a photo from a file, the body."""
         one = sessions.get(session)
         one.sitter(role)
         data = await request.body()
         return await run_in_threadpool(_place, one, role, None, data, format)
 
-    @api.post("/sessions/{session}/swap")
-    def swap(session: str) -> dict[str, Any]:
+    @api.post("/sessions/{session}/swap", responses=described(404, 409, 422))
+    def swap(session: Token) -> Pair:
         """Swap the roles of the two photos."""
         one = sessions.get(session)
         with one.work:
-            target, reference = (one.sitter(role) for role in ROLES)
+            target, reference = (one.needed(role) for role in ROLES)
             one.sitters = {"target": reference, "reference": target}
-        return {role: _about(one.sitters[role]) for role in ROLES}
+        return Pair(target=PhotoFacts.of(reference), reference=PhotoFacts.of(target))
 
-    @api.post("/sessions/{session}/render", response_class=Response)
-    def render(session: str, wanted: RenderRequest) -> Response:
+    @api.post(
+        "/sessions/{session}/render",
+        response_class=Response,
+        responses=_sent("image/jpeg", "The view.", *_VIEW_HEADERS) | described(400, 404, 409, 422),
+    )
+    def render(session: Token, wanted: RenderRequest) -> Response:
         """Return a preview as a JPEG; a request that a newer one has overtaken is stale."""
         one = sessions.get(session)
         settings = TransferOptions().changed(**wanted.options)
@@ -193,9 +207,10 @@ def routes(sessions: Sessions, most_pixels: int, most_bytes: int) -> APIRouter:
             if wanted.sequence < one.newest:
                 raise StudioError(409, "stale", "A newer preview was asked for.")
 
-        with one.work, _AT_ONCE, sessions.memo_of(one).open(go_on):
+        with one.work, _AT_ONCE, one.memo.open(go_on):
             go_on()
             result, factor = rendered(one, settings, wanted.side, quick=wanted.quick)
+        sessions.make_room(one)
         views = views_of(result)
         if wanted.view not in views:
             raise StudioError(400, "bad_option", f"method {settings.method} has no view {wanted.view}.")
@@ -213,43 +228,36 @@ def routes(sessions: Sessions, most_pixels: int, most_bytes: int) -> APIRouter:
         }
         return Response(jpeg(views[wanted.view]), media_type="image/jpeg", headers=headers)
 
-    @api.post("/sessions/{session}/export", response_class=Response)
-    def export(session: str, wanted: ExportRequest) -> Response:
+    @api.post(
+        "/sessions/{session}/export",
+        response_class=Response,
+        responses=_sent("application/zip", "The files.", "Content-Disposition")
+        | described(400, 404, 409, 422),
+    )
+    def export(session: Token, wanted: ExportRequest) -> Response:
         """Return the relit photo at full resolution, its landmarks and settings, in a ZIP file."""
         one = sessions.get(session)
         settings = TransferOptions().changed(**wanted.options)
         with one.work, _AT_ONCE:
-            data = _exported(one, settings, wanted.format)
+            data = exported(one, settings, wanted.format)
         return _attached(data, "relit.zip", "application/zip")
 
     return api
 
 
-def _declared(option: Any) -> dict[str, Any]:
-    known = option.metadata
-    kind = "choice" if known["choices"] else "text" if known["text"] else "number"
-    return {
-        "name": option.name,
-        "flag": known["flag"],
-        "help": known["help"],
-        "default": option.default,
-        "kind": "switch" if isinstance(option.default, bool) else kind,
-        **{key: known[key] for key in ("choices", "words", "at_least", "at_most", "above")},
-    }
-
-
-def _take(sessions: Sessions, session: Session, role: str, data: bytes, most_pixels: int) -> dict[str, Any]:
+def _take(sessions: Sessions, session: Session, role: str, data: io.BytesIO, most_pixels: int) -> PhotoFacts:
+    data.seek(0)
     with _AT_ONCE:
-        photo = read_image(io.BytesIO(data), max_pixels=most_pixels)
+        photo = read_image(data, max_pixels=most_pixels)
         check_pixels(photo.pixels, role)
         sitter = seated(photo, role)
     sessions.keep(session, role, sitter)
-    return _about(sitter)
+    return PhotoFacts.of(sitter)
 
 
 def _place(
     session: Session, role: str, landmarks: Landmarks | None, data: bytes = b"", suffix: str = ""
-) -> dict[str, Any] | None:
+) -> Marks | None:
     sitter = session.sitter(role)
     if landmarks is None:
         with tempfile.TemporaryDirectory() as folder:
@@ -261,65 +269,30 @@ def _place(
             except LandmarkError as error:
                 raise LandmarkError(str(error).replace(str(path), "the file")) from None
     check_inside(landmarks, sitter.photo.pixels.shape, f"{role}_landmarks")
-    with session.work:
-        sitter.landmarks, sitter.detected = landmarks, False
-    return _shown(sitter)
+    # At work or not: a hand that drags a point does not wait for the preview that it makes stale.
+    sitter.landmarks, sitter.detected = landmarks, False
+    return Marks.of(sitter)
 
 
-def _exported(session: Session, settings: TransferOptions, suffix: str) -> bytes:
-    """Return what ``relit transfer --config settings.json`` makes of the same photos, and what it takes."""
-    target = session.sitter("target")
-    lit_by = [] if settings.light is not None else [session.sitter("reference")]
-    for role, sitter in zip(ROLES, (target, *lit_by), strict=False):
-        if sitter.landmarks is None:
-            raise StudioError(409, "no_face", f"The {role} has no landmarks yet; place them by hand.")
-    result = transfer(
-        target.photo,
-        [sitter.photo for sitter in lit_by] or None,
-        target_landmarks=target.landmarks,
-        reference_landmarks=[sitter.landmarks for sitter in lit_by] or None,
-        options=settings,
-    )
-    marks = {role: one.landmarks for role, one in zip(ROLES, (target, *lit_by), strict=False)}
-    record = as_json(Settings(settings, **marks))
-    packed = io.BytesIO()
-    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(packed, "w") as archive:
-        names = [f"relit{suffix}"]
-        like = replace(target.photo, alpha=None) if suffix == ".jpg" else target.photo
-        write_image(Path(folder, names[0]), result.image, like=like)
-        for role, landmarks in marks.items():
-            names.append(f"{role}.json")
-            if landmarks is not None:
-                write_landmarks(Path(folder, names[-1]), landmarks)
-        for name in names:
-            archive.write(Path(folder, name), name)
-        archive.writestr("settings.json", record)
-    return packed.getvalue()
-
-
-def _about(sitter: Sitter) -> dict[str, Any]:
-    height, width = sitter.photo.pixels.shape[:2]
+def _links(status: int, token: str, *names: str) -> dict[int | str, dict[str, Any]]:
+    """Return, as a route's ``responses`` take them, what may be asked for next, and where the token is."""
     return {
-        "width": width,
-        "height": height,
-        "format": sitter.photo.format,
-        "depth": str(sitter.photo.pixels.dtype),
-        "grey": sitter.photo.pixels.ndim == 2,
-        "landmarks": _shown(sitter),
-        "message": sitter.message if sitter.landmarks is None else None,
+        status: {"links": {name: {"operationId": name, "parameters": {"session": token}} for name in names}}
     }
 
 
-def _shown(sitter: Sitter) -> dict[str, Any] | None:
-    found = sitter.landmarks
-    if found is None:
-        return None
+def _sent(media_type: str, what: str, *headers: str) -> dict[int | str, dict[str, Any]]:
+    """Return an answer that is no JSON, as a route's ``responses`` take it."""
+    told = {"Content-Disposition": "A name for the file.", **_VIEW_HEADERS}
     return {
-        "scheme": found.scheme,
-        "points": np.asarray(found.points).tolist(),
-        "groups": {name: list(rows) for name, rows in found.groups.items()},
-        "detected": sitter.detected,
-        "interocular_distance": found.interocular_distance,
+        200: {
+            "description": what,
+            "content": {media_type: {"schema": {"type": "string", "format": "binary"}}},
+            "headers": {
+                name: {"description": told[name], "required": True, "schema": {"type": "string"}}
+                for name in headers
+            },
+        }
     }
 
 
@@ -327,19 +300,3 @@ def _attached(data: bytes, name: str, media_type: str) -> Response:
     return Response(
         data, media_type=media_type, headers={"Content-Disposition": f'attachment; filename="{name}"'}
     )
-
-
-def failure_of(error: Exception) -> tuple[int, Problem]:
-    """Return the status and the answer that an error of ours stands for."""
-    if isinstance(error, StudioError):
-        return error.status, Problem(code=error.code, message=str(error))
-    kinds = (
-        (FaceNotFoundError, 409, "no_face"),
-        (ImageError, 400, "bad_photo"),
-        (LandmarkError, 400, "bad_landmarks"),
-        (OptionError, 400, "bad_option"),
-    )
-    for kind, status, code in kinds:
-        if isinstance(error, kind):
-            return status, Problem(code=code, message=str(error).removeprefix("binary file: "))
-    return 400, Problem(code="bad_request", message=str(error))

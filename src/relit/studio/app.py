@@ -7,15 +7,15 @@ from socket import socket
 from typing import TYPE_CHECKING
 
 import uvicorn
-from fastapi import FastAPI, Request
-from fastapi.exceptions import RequestValidationError
-from fastapi.responses import FileResponse, JSONResponse
+from fastapi import FastAPI
+from fastapi.responses import FileResponse
 from fastapi.staticfiles import StaticFiles
 
 from relit._version import VERSION
-from relit.errors import RelitError
-from relit.studio.api import Problem, failure_of, routes
+from relit.studio.api import routes
+from relit.studio.failures import answer_failures
 from relit.studio.guard import Guard
+from relit.studio.intake import Intake
 from relit.studio.sessions import Sessions
 
 if TYPE_CHECKING:
@@ -63,20 +63,11 @@ def create_app(
         docs_url=None,  # their pages load scripts from elsewhere
         redoc_url=None,
         openapi_url="/api/v1/openapi.json",
+        generate_unique_id_function=lambda route: route.name,
     )
-    app.include_router(routes(Sessions() if sessions is None else sessions, most_pixels, most_bytes))
-
-    @app.exception_handler(RelitError)
-    def refuse(_request: Request, error: RelitError) -> JSONResponse:
-        status, problem = failure_of(error)
-        return JSONResponse({"error": problem.model_dump()}, status)
-
-    @app.exception_handler(RequestValidationError)
-    def invalid(_request: Request, error: RequestValidationError) -> JSONResponse:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        problem = Problem(code="bad_request", message=f"{where}: {first['msg']}")
-        return JSONResponse({"error": problem.model_dump()}, 422)
+    api = routes(Sessions() if sessions is None else sessions, most_pixels, most_bytes)
+    app.include_router(api)
+    answer_failures(app, api)
 
     if page:
         static = resources.files("relit.studio") / "static"
@@ -86,7 +77,7 @@ def create_app(
         def index() -> FileResponse:
             return FileResponse(str(static / "index.html"), media_type="text/html")
 
-    return Guard(app, hosts, most_bytes)
+    return Guard(Intake(app, most_bytes), hosts)
 
 
 class Server(uvicorn.Server):

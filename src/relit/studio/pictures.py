@@ -13,7 +13,7 @@ from relit.figures import view_pictures
 from relit.memo import remembered
 from relit.pixels import from_unit, to_unit
 from relit.relighting import transfer
-from relit.studio.sessions import Session, Sitter, StudioError
+from relit.studio.sessions import Session, Sitter
 from relit.views import reduced
 
 if TYPE_CHECKING:
@@ -88,12 +88,10 @@ def _relit(
 
 
 def _at_size(session: Session, role: str, side: int) -> tuple[Photo, Landmarks, int]:
-    sitter = session.sitter(role)
-    if sitter.landmarks is None:
-        raise StudioError(409, "no_face", f"The {role} has no landmarks yet; place them by hand.")
+    sitter, landmarks = session.ready(role)
     photo = preview_of(sitter, side)
     factor = max(1, -(-max(sitter.photo.pixels.shape[:2]) // side))
-    return photo, sitter.landmarks.reduced(factor), factor
+    return photo, landmarks.reduced(factor), factor
 
 
 def views_of(result: TransferResult) -> dict[str, NDArray[Any]]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from relit.detect import detect_landmarks
 from relit.errors import FaceNotFoundError, RelitError
-from relit.memo import Memo
+from relit.memo import Memo, size_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,9 +20,6 @@ if TYPE_CHECKING:
 
 #: Seconds without a request after which a session ends.
 EXPIRES = 3600
-
-#: Sessions that keep what their previews were made of: some 100 MB each.
-_MEMOS = 4
 
 ROLES = ("target", "reference")
 
@@ -69,7 +66,7 @@ class Sitter:
     @property
     def size(self) -> int:
         """Bytes in memory, about."""
-        return int(self.photo.pixels.nbytes)
+        return size_of((self.photo, self.previews))
 
 
 def seated(photo: Photo, role: str) -> Sitter:
@@ -91,15 +88,15 @@ class Session:
         Role → photo and face.
     newest : int
         The highest sequence number of a preview asked for: older ones are stale.
-    memo : Memo or None
-        What its last previews were made of, if there were any lately.
+    memo : Memo
+        What its last previews were made of.
     work : Lock
         Held while the session computes: one thing at a time.
     """
 
     sitters: dict[str, Sitter] = field(default_factory=dict)
     newest: int = -1
-    memo: Memo | None = None
+    memo: Memo = field(default_factory=Memo)
     touched: float = field(default_factory=time.monotonic)
     work: threading.Lock = field(default_factory=threading.Lock)
 
@@ -112,8 +109,47 @@ class Session:
             If there is none.
         """
         if role not in self.sitters:
-            raise StudioError(404, "not_found", f"There is no {role} yet; drop a photo first.")
+            raise StudioError(404, "no_photo", f"There is no {role} yet; drop a photo first.")
         return self.sitters[role]
+
+    def needed(self, role: str) -> Sitter:
+        """Return the photo of a role, for work that takes it.
+
+        Raises
+        ------
+        StudioError
+            If there is none; with another status than where the photo itself was asked for.
+        """
+        try:
+            return self.sitter(role)
+        except StudioError as error:
+            raise StudioError(409, error.code, str(error)) from None
+
+    def ready(self, role: str) -> tuple[Sitter, Landmarks]:
+        """Return the photo of a role and its landmarks, for work that takes both.
+
+        Raises
+        ------
+        StudioError
+            If one is missing.
+        """
+        sitter = self.needed(role)
+        if sitter.landmarks is None:
+            raise StudioError(409, "no_face", f"The {role} has no landmarks yet; place them by hand.")
+        return sitter, sitter.landmarks
+
+    @property
+    def size(self) -> int:
+        """Bytes in memory, about."""
+        return sum(sitter.size for sitter in list(self.sitters.values())) + self.memo.size
+
+    def forget(self) -> None:
+        """Forget what can be made anew, unless it is at work."""
+        if self.work.acquire(blocking=False):
+            self.memo = Memo()
+            for sitter in self.sitters.values():
+                sitter.previews = {}
+            self.work.release()
 
 
 class Sessions:
@@ -124,13 +160,12 @@ class Sessions:
     most : int
         How many there may be; the one that was idle longest makes room.
     most_bytes : int
-        How much their photos may hold together.
+        How much their photos and previews may hold together.
     """
 
     def __init__(self, most: int = 64, most_bytes: int = 2_000_000_000) -> None:
         self._most, self._most_bytes = most, most_bytes
         self._by_token: dict[str, Session] = {}
-        self._at_work: list[Session] = []
         self._lock = threading.Lock()
 
     def __len__(self) -> int:
@@ -171,37 +206,37 @@ class Sessions:
             session.touched = time.monotonic()
             return session
 
-    def memo_of(self, session: Session) -> Memo:
-        """Return the memo of a session; only those that were at work last have one."""
-        with self._lock:
-            self._at_work = [one for one in self._at_work if one is not session] + [session]
-            for idle in self._at_work[:-_MEMOS]:
-                idle.memo = None
-            self._at_work = self._at_work[-_MEMOS:]
-            session.memo = session.memo or Memo()
-            return session.memo
-
     def end(self, token: str) -> None:
         """End a session, and forget its photos."""
         with self._lock:
-            ended = self._by_token.pop(token, None)
-            self._at_work = [one for one in self._at_work if one is not ended]
+            self._by_token.pop(token, None)
 
     def keep(self, session: Session, role: str, sitter: Sitter) -> None:
         """Give a session a photo; those idle longest end where memory would not do."""
         with self._lock:
             session.sitters[role] = sitter
-            while self._bytes() > self._most_bytes and len(self._by_token) > 1:
-                self._end_idlest(but=session)
+        self.make_room(session)
 
-    def _bytes(self) -> int:
-        return sum(sitter.size for one in self._by_token.values() for sitter in one.sitters.values())
+    def make_room(self, session: Session) -> None:
+        """Where memory would not do, have others forget their previews, and then end, the idlest first."""
+        with self._lock:
+            excess = sum(one.size for one in self._by_token.values()) - self._most_bytes
+            others = sorted(
+                (one.touched, token) for token, one in self._by_token.items() if one is not session
+            )
+            for _, token in others:
+                if excess > 0:
+                    before = self._by_token[token].size
+                    self._by_token[token].forget()
+                    excess -= before - self._by_token[token].size
+            for _, token in others:
+                if excess > 0:
+                    excess -= self._by_token.pop(token).size
 
     def _sweep(self) -> None:
         oldest = time.monotonic() - EXPIRES
         for token in [token for token, one in self._by_token.items() if one.touched < oldest]:
             del self._by_token[token]
 
-    def _end_idlest(self, but: Session | None = None) -> None:
-        others = {token: one for token, one in self._by_token.items() if one is not but}
-        del self._by_token[min(others, key=lambda token: others[token].touched)]
+    def _end_idlest(self) -> None:
+        del self._by_token[min(self._by_token, key=lambda token: self._by_token[token].touched)]

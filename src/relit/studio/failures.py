@@ -1,0 +1,97 @@
+"""How the API says no: every answer of 4xx has one form, described in its schema."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from starlette.exceptions import HTTPException
+
+from relit.errors import FaceNotFoundError, ImageError, LandmarkError, OptionError, RelitError
+from relit.studio.models import Failure, Problem
+from relit.studio.sessions import StudioError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from fastapi import APIRouter
+
+_MEANINGS = {
+    400: "The photo, the landmarks or an option cannot be used; or the body is no JSON.",
+    403: "The server does not go by the name in Host, or another site's page asks.",
+    404: "There is no such session (`not_found`), or it has no such photo yet (`no_photo`).",
+    408: "The body stopped coming.",
+    409: "A photo (`no_photo`) or its landmarks (`no_face`) are missing, or a newer preview was asked for "
+    "(`stale`).",
+    413: "The body is longer than bodies of its kind may be.",
+    422: "The request is not of the form that this schema describes.",
+    429: "Others are sending as much as fits into memory: ask again after the seconds in Retry-After.",
+}
+_KINDS = (
+    (FaceNotFoundError, 409, "no_face"),
+    (ImageError, 400, "bad_photo"),
+    (LandmarkError, 400, "bad_landmarks"),
+    (OptionError, 400, "bad_option"),
+)
+_CODES = {404: "not_found", 405: "method_not_allowed"}
+_UNREAD = "The body cannot be read as JSON; check its syntax, its depth and the length of its numbers."
+_LONGEST = 1000  # letters of a message: it may quote what came
+
+
+def described(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """Return failures as a route's ``responses`` take them."""
+    retry = {"Retry-After": {"description": "Seconds.", "required": True, "schema": {"type": "integer"}}}
+    return {
+        status: {
+            "model": Failure,
+            "description": _MEANINGS[status],
+            **({"headers": retry} if status == 429 else {}),
+        }
+        for status in statuses
+    }
+
+
+def refusal(status: int, code: str, message: str, headers: Mapping[str, str] | None = None) -> JSONResponse:
+    """Return the answer that something cannot be done."""
+    # A message may quote half of a surrogate pair, which is JSON but no text.
+    message = message.encode("utf-8", "backslashreplace").decode()
+    if len(message) > _LONGEST:
+        message = f"{message[:_LONGEST]}..."
+    failure = Failure(error=Problem(code=code, message=message))
+    return JSONResponse(failure.model_dump(), status, headers)
+
+
+def answer_failures(app: FastAPI, api: APIRouter) -> None:
+    """Have an application answer with refusals, whatever goes wrong with a request."""
+
+    @app.exception_handler(RelitError)
+    def refuse(_request: Request, error: RelitError) -> JSONResponse:
+        if isinstance(error, StudioError):
+            return refusal(error.status, error.code, str(error))
+        for kind, status, code in _KINDS:
+            if isinstance(error, kind):
+                return refusal(status, code, str(error).removeprefix("binary file: "))
+        return refusal(400, "bad_request", str(error))
+
+    @app.exception_handler(RequestValidationError)
+    def invalid(_request: Request, error: RequestValidationError) -> JSONResponse:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        return refusal(422, "bad_request", f"{where}: {first['msg']}")
+
+    @app.exception_handler(HTTPException)
+    def unknown(request: Request, error: HTTPException) -> JSONResponse:
+        headers = dict(error.headers or {})
+        if error.status_code == 405:  # the framework names the methods of one route of several alike
+            headers["Allow"] = ", ".join(sorted(_methods(api, request.url.path))) or headers["Allow"]
+        code = _CODES.get(error.status_code, "bad_request")
+        message = _UNREAD if error.status_code == 400 else f"{error.detail}."
+        return refusal(error.status_code, code, message, headers)
+
+
+def _methods(api: APIRouter, path: str) -> set[str]:
+    """Return the methods of all routes to a path."""
+    here: list[Any] = [route for route in api.routes if route.path_regex.match(path)]  # type: ignore[attr-defined]
+    return {method for route in here for method in route.methods}

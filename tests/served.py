@@ -1,0 +1,24 @@
+"""The studio's server, run beside a test."""
+
+import contextlib
+import queue
+import threading
+
+import httpx
+
+from relit.studio.app import Server
+
+
+@contextlib.contextmanager
+def served(app):
+    """Run an application on a free port, and lend a client of it."""
+    address = queue.Queue()
+    server = Server(app, "127.0.0.1", 0, address.put)
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    try:
+        with httpx.Client(base_url=address.get(timeout=30), timeout=60) as client:
+            yield client
+    finally:
+        server.should_exit = True
+        thread.join(30)
