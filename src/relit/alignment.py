@@ -18,6 +18,7 @@ from relit.landmarks import Landmarks, as_landmarks, check_inside, check_pair, c
 from relit.memo import remembered
 from relit.pixels import check_samples, from_unit, to_unit
 from relit.rbf import RBF, KernelName, fit_rbf, spacing_of, spread_of
+from relit.threads import one_blas_thread
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -29,6 +30,7 @@ SMOOTHING_LADDER = (1e-3, 1e-2, 1e-1, 1.0)
 #: Error of the map, in px, that its evaluation on a coarse grid may add.
 MAP_TOLERANCE = 0.05
 
+_LEAST_CELL = 2  # px
 _ANCHOR_MARGIN = 0.5  # of the interocular distance, between the face and the nearest anchor
 
 
@@ -131,9 +133,11 @@ def align(
     centers = np.vstack([here, anchors])
     values = np.vstack([there, similarity(anchors)])
 
-    # Without the affine part, smoothing would draw the map to a point instead of a plane.
     # On a large photo the frame's lattice would miss folds within the face.
     boxes = [(np.zeros(2), np.array([width - 1.0, height - 1.0])), (here.min(axis=0), here.max(axis=0))]
+    lattices = [_lattice(*box) for box in boxes]
+    terms: list[NDArray[np.float64]] = []
+    # Without the affine part, smoothing would draw the map to a point instead of a plane.
     ladder = (smoothing,) if smoothing is not None else SMOOTHING_LADDER if affine else (0.0,)
     for used in ladder:
         # The face sets the lengths, not the frame, however far that is.
@@ -146,7 +150,12 @@ def align(
             radius=spacing_of(here),
             scale=spread_of(here),
         )
-        folded = max(_folded_share(interpolant, *box) for box in boxes)
+        with one_blas_thread():
+            terms = terms or [interpolant.terms(lattice.reshape(-1, 2)) for lattice in lattices]
+            folded = max(
+                _folded_share(interpolant.of_terms(known).reshape(lattice.shape))
+                for known, lattice in zip(terms, lattices, strict=True)
+            )
         if folded == 0:
             break
 
@@ -209,10 +218,15 @@ def _anchors(face: NDArray[np.float64], height: int, width: int, margin: float) 
     return np.column_stack([x.ravel()[ring], y.ravel()[ring]])
 
 
-def _folded_share(interpolant: RBF, low: NDArray[np.float64], high: NDArray[np.float64]) -> float:
-    """Return the share of a box where the map turns over, on a lattice of 64 x 64 cells."""
-    x, y = np.linspace(low, high, 65).T
-    places = interpolant(np.stack(np.meshgrid(x, y), axis=-1))
+def _lattice(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a lattice over a box: of 64 cells along a side, or fewer where they would be finer than 2 px."""
+    sides = np.clip((high - low) / _LEAST_CELL, 8, 64).astype(int) + 1
+    x, y = (np.linspace(low[axis], high[axis], sides[axis]) for axis in (0, 1))
+    return np.stack(np.meshgrid(x, y), axis=-1)
+
+
+def _folded_share(places: NDArray[np.float64]) -> float:
+    """Return the share of a lattice where the map, which takes it to these places, turns over."""
     across, down = np.diff(places, axis=1)[:-1], np.diff(places, axis=0)[:, :-1]
     jacobian = across[..., 0] * down[..., 1] - across[..., 1] * down[..., 0]
     return float((jacobian <= 0).mean())

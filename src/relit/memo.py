@@ -18,6 +18,8 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 
+_EACH = 8  # results of a step: both photos at two sizes, now and before; more only take time to look through
+
 Given = ParamSpec("Given")
 Made = TypeVar("Made")
 
@@ -78,7 +80,11 @@ class Memo:
             made = step(**given)
             found = _Result(step, given, made, size_of(given) + size_of(made))
         with self._lock:
-            self._results = [result for result in self._results if result is not found] + [found]
+            others = [result for result in self._results if result is not found]
+            alike = [result for result in others if result.step is step]
+            if len(alike) == _EACH:
+                others.remove(alike[0])
+            self._results = [*others, found]
             while self.size > self._most_bytes:
                 del self._results[0]
         return found.made  # type: ignore[no-any-return]

@@ -86,14 +86,27 @@ class RBF:
 
         def evaluate(start: int) -> None:
             part = slice(start, start + rows)
-            values[part] = self._basis(flat[part]) @ self.coefficients
-            if self.polynomial is not None:
-                values[part] += _affine_terms(flat[part], self.centers, self.scale) @ self.polynomial
+            values[part] = self.of_terms(self.terms(flat[part]))
 
         starts = range(0, len(flat), rows)
         with one_blas_thread(), pool(min(available(), len(starts)) or 1) as run:
             run(evaluate, starts)
         return values.reshape(*array.shape[:-1], -1)
+
+    def terms(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return what the values at (k, 2) points are combined from: (k, n), with the affine part (k, n + 3).
+
+        It depends on no value: interpolants of other values at the same centers have the same terms.
+        """
+        basis = self._basis(points)
+        if self.polynomial is None:
+            return basis
+        return np.hstack([basis, _affine_terms(points, self.centers, self.scale)])
+
+    def of_terms(self, terms: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the (k, m) values at the points that the terms are of."""
+        affine = [] if self.polynomial is None else [self.polynomial]
+        return np.asarray(terms @ np.vstack([self.coefficients, *affine]))
 
     def on_grid(self, height: int, width: int, *, tolerance: float = 0.05) -> NDArray[np.float32]:
         """Return the values at every pixel of an image, to within `tolerance`.
