@@ -10,7 +10,6 @@ Steps 1 and 2 work on views of the photos that are as large as a face needs; ste
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -55,7 +54,7 @@ if TYPE_CHECKING:
     from relit.image import Photo
     from relit.inputs import AnyLandmarks, AnyPhoto, Reference
 
-_CELL = 1 / 20  # of the interocular distance, or a px more: the size of the membrane's cells
+_CELL = 1 / 20  # of the interocular distance, and at least 2 px: the size of the membrane's cells
 _SETTLED = 0.4  # interocular distances, over which a change that is carried on turns into the mean
 _LEAST = 1e-4  # brightness of 1 below which a relit plane is black
 
@@ -249,7 +248,7 @@ def _lighting(shared: _Shared, light: Reference | None, second: Reference | None
         with watch("fill"):
             seen = alignment.inside if alignment else np.ones(warped.shape[:2], bool)
             trust = known(view.pixels, warped, seen, view.landmarks, rendered=light is None)
-            cell = math.ceil(_CELL * view.landmarks.interocular_distance)
+            cell = max(round(_CELL * view.landmarks.interocular_distance), 2)
             reach = _SETTLED * view.landmarks.interocular_distance
             filled = fill(change, trust, cell=cell, reach=reach)
     return Lighting(
