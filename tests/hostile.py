@@ -107,9 +107,14 @@ def run(
     examine: Callable[[Path], str] = check,
     *,
     seconds: float = SECONDS,
+    patience: float = 12 * SECONDS,
     workers: int = 2,
 ) -> list[Verdict]:
-    """Examine every case in one of several processes, which are replaced when they die or run away."""
+    """Examine every case in one of several processes, which are replaced when they die or run away.
+
+    The limit of `seconds` is on those that a process works; on a busy machine they take longer, but no
+    longer than `patience`.
+    """
     source = iter(cases)
     lock = threading.Lock()
 
@@ -120,18 +125,18 @@ def run(
     with ThreadPoolExecutor(workers) as pool:
         return [
             verdict
-            for part in pool.map(lambda _: list(_supervise(take, examine, seconds)), range(workers))
+            for part in pool.map(lambda _: list(_supervise(take, examine, seconds, patience)), range(workers))
             for verdict in part
         ]
 
 
 def _supervise(
-    take: Callable[[], Case | None], examine: Callable[[Path], str], seconds: float
+    take: Callable[[], Case | None], examine: Callable[[Path], str], seconds: float, patience: float
 ) -> Iterator[Verdict]:
     with contextlib.ExitStack() as stack:
         worker: _Worker | None = None
         while (case := take()) is not None:
-            worker = worker or stack.enter_context(contextlib.closing(_Worker(examine, seconds)))
+            worker = worker or stack.enter_context(contextlib.closing(_Worker(examine, seconds, patience)))
             verdict = worker.check(case)
             # All cases together are gigabytes; kept is what has to be looked at.
             yield verdict if verdict.fault else verdict._replace(case=case._replace(data=b""))
@@ -141,8 +146,8 @@ def _supervise(
 
 
 class _Worker:
-    def __init__(self, examine: Callable[[Path], str], seconds: float) -> None:
-        self._patience = 5 * seconds  # on a busy machine, the worker's own seconds take longer
+    def __init__(self, examine: Callable[[Path], str], seconds: float, patience: float) -> None:
+        self._patience = patience
         spawn = multiprocessing.get_context("spawn")
         self._pipe, theirs = spawn.Pipe()
         self._process = spawn.Process(target=_work, args=(theirs, examine, seconds), daemon=True)

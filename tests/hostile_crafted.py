@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import io
 import struct
 import zlib
@@ -135,7 +136,7 @@ def _pngs() -> Iterator[tuple[str, bytes]]:
 
 def _jpegs() -> Iterator[tuple[str, bytes]]:
     yield "start-only.jpg", b"\xff\xd8\xff"
-    blank = by_pillow(Image.new("L", (_WIDE, _HIGH)), "JPEG")
+    blank = _blank_jpeg()
     yield "blank.jpg", blank
     colour = by_pillow(Image.new("RGB", (_WIDE, _HIGH)), "JPEG", quality=10)
     yield "blank-rgb.jpg", colour
@@ -170,6 +171,11 @@ def scans(progressive: bytes, count: int) -> bytes:
     return progressive[:start] + progressive[start:-2] * count + b"\xff\xd9"
 
 
+@functools.cache
+def _blank_jpeg() -> bytes:
+    return by_pillow(Image.new("L", (_WIDE, _HIGH)), "JPEG")
+
+
 def _tiffs() -> Iterator[tuple[str, bytes]]:
     blank = zlib.compress(bytes(16))
     yield "header-only.tif", b"II*\0\x08\0\0\0"
@@ -187,8 +193,9 @@ def _tiffs() -> Iterator[tuple[str, bytes]]:
     yield "strip-of-no-bytes.tif", page(4, 4, blank, bytes=0)
     yield "strip-of-4-gigabytes.tif", page(4, 4, blank, bytes=2**32 - 1)
     yield "plain-strip-beyond-the-end.tif", page(4, 4, bytes(16), compression=1, start=2**32 - 1)
-    huge = Image.new("L", (_WIDE, _HIGH))
-    inside = {7: by_pillow(huge, "JPEG"), 34933: by_pillow(huge, "PNG"), 50001: _blank_webp()}
+    rows = deflated(_HIGH * (1 + _WIDE))
+    blank_png = png(header(_WIDE, _HIGH, 8, 0), (b"IDAT", rows), (b"IEND", b""))
+    inside = {7: _blank_jpeg(), 34933: blank_png, 50001: _blank_webp()}
     for number, data in inside.items():
         yield f"huge-photo-inside-{number}.tif", page(4, 4, data, compression=number)
     for number in (
@@ -315,6 +322,7 @@ def floats() -> bytes:
     return file.getvalue()
 
 
+@functools.cache
 def _blank_webp() -> bytes:
     return bytes(imagecodecs.webp_encode(np.zeros((_HIGH, _WIDE, 4), np.uint8), lossless=True, level=0))
 

@@ -89,11 +89,12 @@ def score(
     got, wanted = image[inner].astype(np.float64), truth[inner].astype(np.float64)
     power = float((got * got).sum())
     fitted = got * ((got * wanted).sum() / power if power > 0 else 1.0)
+    ours, true, other = (_features(one[inner], peak) for one in (image, truth, reference))
     return Scores(
         raw=float(np.abs(got - wanted).mean() / peak * 100),
         gain=float(np.abs(fitted - wanted).mean() / peak * 100),
         ssim=structural_similarity(fitted, wanted, peak),
-        identity=likeness(image[inner], truth[inner], peak) - likeness(image[inner], reference[inner], peak),
+        identity=_correlation(ours, true) - _correlation(ours, other),
     )
 
 
@@ -107,12 +108,19 @@ def likeness(a: NDArray[Any], b: NDArray[Any], peak: float) -> float:
     >>> round(likeness(face, 2 * face, 255), 6)
     1.0
     """
-    levels = [np.asarray(np.clip(np.rint(image / peak * 255), 0, 255), np.uint8) for image in (a, b)]
-    v = [np.log(normalize(image)) for image in levels]
-    spread = [float(plane.std()) for plane in v]
+    return _correlation(_features(a, peak), _features(b, peak))
+
+
+def _features(image: NDArray[Any], peak: float) -> NDArray[np.float64]:
+    levels = np.asarray(np.clip(np.rint(image / peak * 255), 0, 255), np.uint8)
+    return np.log(normalize(levels))
+
+
+def _correlation(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+    spread = float(a.std()), float(b.std())
     if min(spread) < 1e-6:
         return 0.0
-    return float(((v[0] - v[0].mean()) * (v[1] - v[1].mean())).mean() / (spread[0] * spread[1]))
+    return float(((a - a.mean()) * (b - b.mean())).mean() / (spread[0] * spread[1]))
 
 
 def structural_similarity(a: NDArray[np.float64], b: NDArray[np.float64], peak: float) -> float:
