@@ -240,6 +240,59 @@ class TestRendering:
         assert (tmp_path / f"none{suffix}").read_bytes() != (tmp_path / f"relit{suffix}").read_bytes()
 
 
+class TestFailures:
+    """Each of these has crashed a server, or was refused in another form."""
+
+    @pytest.mark.parametrize(
+        ("body", "status", "code"),
+        [
+            (b'{"options": {"self": 1}}', 400, "bad_option"),
+            (b'{"options": {"lam": %s}}' % (b"9" * 400), 400, "bad_option"),
+            (b'{"options": {"light": "\\ud800"}}', 400, "bad_option"),
+            (b'{"options": {"\\ud800": 1}}', 400, "bad_option"),
+            (b'{"options": {"strength": NaN}}', 400, "bad_option"),
+            (b'{"options": {"light": "%s"}}' % (b"9" * 1_000_000), 400, "bad_option"),
+            (b'{"options": %s1%s}' % (b'{"a":' * 9999, b"}" * 9999), 400, "bad_request"),
+            (b'{"side": %s}' % (b"9" * 5000), 400, "bad_request"),
+            (b'"\xff"', 400, "bad_request"),
+            (b'{"side": Infinity}', 422, "bad_request"),
+            (b'{"side": true}', 422, "bad_request"),
+            (b'{"side": "640"}', 422, "bad_request"),
+            (b'{"odd": 1}', 422, "bad_request"),
+            (b"null", 422, "bad_request"),
+            (b"{" + b" " * 5_000_000 + b"}", 413, "too_large"),
+        ],
+    )
+    def test_what_is_no_request(self, client, place, body, status, code):
+        answer = client.post(f"{place}/render", content=body, headers={"content-type": "application/json"})
+        assert (answer.status_code, answer.json()["error"]["code"]) == (status, code)
+        assert len(answer.json()["error"]["message"]) < 1100
+
+    @pytest.mark.parametrize("lam", [1e-5, 1e-300, 5e-324])
+    def test_a_lambda_near_0_takes_no_longer_than_others(self, client, place, lam):
+        begun = time.monotonic()
+        assert client.post(f"{place}/render", json={"options": {"lam": lam}, "side": 320}).status_code == 200
+        assert time.monotonic() - begun < 10  # it was minutes
+
+    def test_other_places_and_methods(self, client, place):
+        answer = client.get(f"{API}/nothing")
+        assert (answer.status_code, answer.json()["error"]["code"]) == (404, "not_found")
+        answer = client.patch(f"{place}/landmarks/target")
+        assert (answer.status_code, answer.json()["error"]["code"]) == (405, "method_not_allowed")
+        assert answer.headers["allow"] == "GET, PUT"
+
+    def test_what_is_missing_is_said_apart_from_a_session_that_is(self, client):
+        address = f"{API}/sessions/{client.post(f'{API}/sessions').json()['session']}"
+        for method, path, status, code in (
+            ("GET", f"{address}/photos/target", 404, "no_photo"),
+            ("POST", f"{address}/swap", 409, "no_photo"),
+            ("POST", f"{address}/export", 409, "no_photo"),
+            ("GET", f"{API}/sessions/none/photos/target", 404, "not_found"),
+        ):
+            answer = client.request(method, path, json={} if path.endswith("export") else None)
+            assert (answer.status_code, answer.json()["error"]["code"]) == (status, code)
+
+
 class TestOptions:
     def test_they_are_those_of_the_library(self, client):
         said = client.get(f"{API}/options").json()
@@ -257,6 +310,8 @@ class TestGuard:
             {"host": "evil.example"},
             {"host": "evil.example:80"},
             {"host": "127.0.0.1.evil.example"},
+            {"host": "["},
+            {"origin": "http://["},
             {"origin": "http://evil.example"},
             {"origin": "null"},
             {"sec-fetch-site": "cross-site"},
@@ -337,6 +392,22 @@ class TestSessions:
         assert store.get(tokens[4]).sitter("target").photo is photo
         with pytest.raises(StudioError, match="no reference yet"):
             Session().sitter("reference")
+
+    def test_previews_of_the_idle_go_before_their_photos(self):
+        store = Sessions(most_bytes=1000)
+        photo = read_image(io.BytesIO(png(np.zeros((20, 20), np.uint8))))  # 400 bytes
+        idle, busy, one = (store.get(store.begin()) for _ in range(3))
+        for session in (idle, busy):
+            store.keep(session, "target", Sitter(photo, None, False))
+            session.last = ("made of", np.zeros(10, np.uint8))
+        idle.sitters["target"].previews[64] = photo
+        with busy.work:
+            store.make_room(one)
+            assert (idle.last, idle.size, len(store)) == (None, 400, 3)
+            assert busy.size == 410  # what is at work keeps what it works on
+            store.keep(one, "target", Sitter(photo, None, False))
+        assert len(store) == 2
+        assert one.size == 400
 
 
 def test_settings_survive_their_file():

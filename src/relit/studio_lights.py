@@ -34,7 +34,8 @@ STUDIO_LIGHTS = {
     "flat": StudioLight(0, 0, 0.6),
 }
 
-_NUMBER = r"\s*([+-]?(?:\d+\.?\d*|\.\d+))\s*"
+# The point stands between the two runs of digits, or matching would take the square of their length.
+_NUMBER = r"\s*([+-]?(?:\d+(?:\.\d*)?|\.\d+))\s*"
 _ANGLES = re.compile(f"{_NUMBER},{_NUMBER}")
 
 
