@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -60,6 +61,12 @@ def app(work):
     return app
 
 
+def played(scene):
+    """Run a scene in a thread of its own: the tests of the page have a loop running in the main one."""
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(asyncio.run, scene).result()
+
+
 def test_one_body_is_bounded(app):
     async def scene():
         intake = Intake(app, 10_000_000)
@@ -79,7 +86,7 @@ def test_one_body_is_bounded(app):
         await whole.sends(10_000_000, last=True)
         assert whole.status == 200
 
-    asyncio.run(scene())
+    played(scene())
 
 
 def test_all_bodies_together_are_bounded(app, work):
@@ -105,7 +112,7 @@ def test_all_bodies_together_are_bounded(app, work):
         assert (again.status, second.status) == (200, 200)
         assert (intake.photos.held, intake.others.held) == (0, 0)
 
-    asyncio.run(scene())
+    played(scene())
 
 
 def test_a_body_that_stops_coming_is_given_up(app, work):
@@ -122,4 +129,4 @@ def test_a_body_that_stops_coming_is_given_up(app, work):
         await whole.task
         assert whole.status == 200
 
-    asyncio.run(scene())
+    played(scene())

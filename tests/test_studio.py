@@ -14,6 +14,7 @@ from PIL import Image
 from relit import cli
 from relit.image import read_image
 from relit.landmark_files import read_landmarks
+from relit.memo import remembered
 from relit.options import TransferOptions
 from relit.relighting import transfer
 from relit.samples import sample
@@ -399,11 +400,12 @@ class TestSessions:
         idle, busy, one = (store.get(store.begin()) for _ in range(3))
         for session in (idle, busy):
             store.keep(session, "target", Sitter(photo, None, False))
-            session.last = ("made of", np.zeros(10, np.uint8))
+            with session.memo.open():
+                remembered(np.zeros)(shape=10, dtype="u1")
         idle.sitters["target"].previews[64] = photo
         with busy.work:
             store.make_room(one)
-            assert (idle.last, idle.size, len(store)) == (None, 400, 3)
+            assert (idle.memo.size, idle.size, len(store)) == (0, 400, 3)
             assert busy.size == 410  # what is at work keeps what it works on
             store.keep(one, "target", Sitter(photo, None, False))
         assert len(store) == 2
