@@ -1,4 +1,4 @@
-"""Keeping what was computed: while a memo is open, a step that gets what it got before gives what it gave.
+"""Keeping what was computed: while a keeper is open, a step that gets what it got before gives what it gave.
 
 Steps are functions marked by `remembered`: pure ones, whose results nobody changes. So whoever tries many
 settings on the same photos, as a person in the studio does, waits only for the steps that a change reaches,
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import inspect
 import threading
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -21,11 +22,31 @@ import numpy as np
 Given = ParamSpec("Given")
 Made = TypeVar("Made")
 
-_open: ContextVar[tuple[Memo, Callable[[], None]] | None] = ContextVar("memo", default=None)
+_open: ContextVar[tuple[Keeper, Callable[[], None]] | None] = ContextVar("keeper", default=None)
 
 
-class Memo:
-    """The latest results of all steps.
+class Keeper(ABC):
+    """What keeps results of steps: a `Memo`, or one that keeps them elsewhere."""
+
+    @contextmanager
+    def open(self, go_on: Callable[[], None] = lambda: None) -> Iterator[None]:
+        """Let the steps of this thread, and of those that `threads.pool` lends it, be kept here.
+
+        Before a step is done, `go_on` is called: what it raises ends the work.
+        """
+        token = _open.set((self, go_on))
+        try:
+            yield
+        finally:
+            _open.reset(token)
+
+    @abstractmethod
+    def recall(self, step: Callable[..., Made], given: dict[str, Any], go_on: Callable[[], None]) -> Made:
+        """Return what a step gives, without doing it if that is kept."""
+
+
+class Memo(Keeper):
+    """The latest results of all steps, in memory.
 
     Parameters
     ----------
@@ -51,18 +72,6 @@ class Memo:
         self._results: list[_Result] = []  # the latest last
         self._lock = threading.Lock()
 
-    @contextmanager
-    def open(self, go_on: Callable[[], None] = lambda: None) -> Iterator[None]:
-        """Let the steps of this thread, and of those that `threads.pool` lends it, use this memo.
-
-        Before a step is done, `go_on` is called: what it raises ends the work.
-        """
-        token = _open.set((self, go_on))
-        try:
-            yield
-        finally:
-            _open.reset(token)
-
     def recall(self, step: Callable[..., Made], given: dict[str, Any], go_on: Callable[[], None]) -> Made:
         """Return what a step gives, without doing it if it was done lately."""
         with self._lock:
@@ -87,7 +96,7 @@ class _Result(NamedTuple):
 
 
 def remembered(step: Callable[Given, Made]) -> Callable[Given, Made]:
-    """Mark a pure function, so that an open `Memo` keeps its results."""
+    """Mark a pure function, so that an open `Keeper` may keep its results."""
     signature = inspect.signature(step)
 
     @wraps(step)
@@ -95,10 +104,10 @@ def remembered(step: Callable[Given, Made]) -> Callable[Given, Made]:
         opened = _open.get()
         if opened is None:
             return step(*args, **named)
-        memo, go_on = opened
+        keeper, go_on = opened
         bound = signature.bind(*args, **named)
         bound.apply_defaults()
-        return memo.recall(step, dict(bound.arguments), go_on)
+        return keeper.recall(step, dict(bound.arguments), go_on)
 
     return recalled
 
