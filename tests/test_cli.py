@@ -759,7 +759,7 @@ OPTIONS = {
     "align": {"kernel", "affine", "smoothing"},
     "decompose": {"lam", "neighborhood"},
     "normalize": {"lam", "neighborhood"},
-    "evaluate": {"method", "exposure", "neighborhood", "kernel", "affine", "smoothing"},
+    "evaluate": {"method", "exposure", "neighborhood", "split_first", "kernel", "affine", "smoothing"},
 }
 
 

@@ -44,7 +44,7 @@ LAYERS = [
     {"cases"},
     {"evaluation"},
     {"evaluation_figure"},
-    {"studio"},
+    {"studio", "batch"},
     {"cli_evaluate", "cli_split", "cli_transfer", "cli_studio"},
     {"cli"},
 ]

@@ -48,6 +48,7 @@ def test_every_option_declares_its_flag_and_help():
         ("neighborhood", 6),
         ("neighborhood", 4.0),
         ("neighborhood", "8"),
+        ("split_first", 1),
         ("color_space", "lab"),
         ("channels", "x"),
         ("channels", 0),

@@ -54,6 +54,8 @@ class Alignment:
         The map as it was fitted.
     smoothing : float
         The smoothing that it was fitted with.
+    scale : float
+        How large the reference is, the target being 1.
     """
 
     warped: NDArray[Any]
@@ -62,6 +64,20 @@ class Alignment:
     folded: float
     interpolant: RBF
     smoothing: float
+    scale: float
+
+    def lay(self, image: NDArray[Any]) -> NDArray[np.float32]:
+        """Return what else is of the reference's shape, in [0, 1], laid as the reference is.
+
+        Examples
+        --------
+        >>> points = Landmarks([[8, 8], [24, 8], [16, 16], [16, 24]])
+        >>> reference = np.tile(np.arange(32, dtype=np.uint8), (32, 1))
+        >>> alignment = align(reference, points.shifted(3, 0), points, (32, 32))
+        >>> round(255 * float(alignment.lay(reference)[16, 10]))
+        13
+        """
+        return _sample(image, self.map, self.scale)
 
 
 @remembered
@@ -170,6 +186,7 @@ def align(
         folded,
         interpolant,
         used,
+        similarity.scale,
     )
 
 

@@ -26,6 +26,7 @@ _EVALUATED = (
     "method",
     "exposure",
     "neighborhood",
+    "split_first",
     "kernel",
     "affine",
     "smoothing",

@@ -18,6 +18,7 @@ from PIL import Image
 from relit.errors import FaceNotFoundError
 from relit.face_models import Square, see_boxes, see_mesh
 from relit.landmarks import Landmarks
+from relit.memo import remembered
 from relit.pixels import check_pixels, from_unit, to_unit
 
 if TYPE_CHECKING:
@@ -109,14 +110,19 @@ def detect_faces(image: NDArray[Any], *, name: str = "image") -> list[Landmarks]
         If the image is not a photo's pixels.
     """
     check_pixels(image, name)
-    pixels = image if image.dtype == np.uint8 else from_unit(to_unit(image), np.uint8)
+    return list(faces_in(image if image.dtype == np.uint8 else from_unit(to_unit(image), np.uint8)))
+
+
+@remembered
+def faces_in(pixels: NDArray[np.uint8]) -> tuple[Landmarks, ...]:
+    """Return what `detect_faces` does: all that it knows of a photo are its pixels, in 8 bits."""
     photo = Image.fromarray(pixels).convert("RGB")
     factor = max(max(photo.size) // _OVERVIEW, 1)
     for squares in _views(photo.reduce(factor)):
         faces = _distinct([fit for square in squares if (fit := _fit(photo, square.scaled(factor)))])
         if faces:
-            return sorted(faces, key=lambda face: -face.interocular_distance)
-    return []
+            return tuple(sorted(faces, key=lambda face: -face.interocular_distance))
+    return ()
 
 
 def _views(photo: Image.Image) -> Iterator[list[Square]]:

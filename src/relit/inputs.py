@@ -47,7 +47,7 @@ class Reference(NamedTuple):
     original : array
     original_landmarks : Landmarks
     photo : Photo
-        Reduced, without alpha.
+        Reduced, without alpha; where it is to be split alone, the face and its surroundings.
     landmarks : Landmarks
         In px of that.
     """
@@ -71,15 +71,24 @@ def seen_reference(
     landmarks = landmarks_of(photo.pixels, marks, name)
     check_pair(here, landmarks)
     check_inside(landmarks, photo.pixels.shape, f"{name}_landmarks")
-    view = view_of(photo.pixels, landmarks, _whole(photo.pixels.shape), _factor(landmarks, settings, detail))
+    if settings.splits_alone:
+        view = face_view(photo.pixels, landmarks, settings, detail)
+    else:
+        factor = _factor(landmarks, settings, detail)
+        view = view_of(photo.pixels, landmarks, _whole(photo.pixels.shape), factor)
     seen = replace(photo, pixels=view.pixels, alpha=None)
     return Reference(photo.pixels, landmarks, seen, view.landmarks)
 
 
-def laid_over(photo: Photo, view: View, light: Reference, options: TransferOptions) -> Alignment:
-    """Lay a reference, in the colours of the photo's profile, over the view."""
+def in_profile_of(photo: Photo, light: Reference) -> Reference:
+    """Return a reference in the colours of the photo's profile."""
+    return light._replace(photo=in_one_profile(photo, light.photo)[1])
+
+
+def laid_over(view: View, light: Reference, options: TransferOptions) -> Alignment:
+    """Lay a reference over the view."""
     return align(
-        in_one_profile(photo, light.photo)[1].pixels,
+        light.photo.pixels,
         light.landmarks,
         view.landmarks,
         view.pixels.shape,

@@ -116,7 +116,7 @@ def decompose(
         raise OptionError(
             f"interocular_distance: expected a number of px above 0, got {interocular_distance!r}"
         )
-    lam_px = lam * FACE_SCALE / interocular_distance
+    lam_px = float(lam * FACE_SCALE / interocular_distance)
     planes = [image] if image.ndim == 2 else list(np.moveaxis(image, -1, 0))
     # The solvers release the GIL, and every plane is solved alone: threads change nothing but the time.
     cores = available()

@@ -1,4 +1,4 @@
-"""Keeping what was computed: while a memo is open, a step that gets what it got before gives what it gave.
+"""Keeping what was computed: while a keeper is open, a step that gets what it got before gives what it gave.
 
 Steps are functions marked by `remembered`: pure ones, whose results nobody changes. So whoever tries many
 settings on the same photos, as a person in the studio does, waits only for the steps that a change reaches,
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import inspect
 import threading
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -23,11 +24,31 @@ _EACH = 8  # results of a step: both photos at two sizes, now and before; more o
 Given = ParamSpec("Given")
 Made = TypeVar("Made")
 
-_open: ContextVar[tuple[Memo, Callable[[], None]] | None] = ContextVar("memo", default=None)
+_open: ContextVar[tuple[Keeper, Callable[[], None]] | None] = ContextVar("keeper", default=None)
 
 
-class Memo:
-    """The latest results of all steps.
+class Keeper(ABC):
+    """What keeps results of steps: a `Memo`, or one that keeps them elsewhere."""
+
+    @contextmanager
+    def open(self, go_on: Callable[[], None] = lambda: None) -> Iterator[None]:
+        """Let the steps of this thread, and of those that `threads.pool` lends it, be kept here.
+
+        Before a step is done, `go_on` is called: what it raises ends the work.
+        """
+        token = _open.set((self, go_on))
+        try:
+            yield
+        finally:
+            _open.reset(token)
+
+    @abstractmethod
+    def recall(self, step: Callable[..., Made], given: dict[str, Any], go_on: Callable[[], None]) -> Made:
+        """Return what a step gives, without doing it if that is kept."""
+
+
+class Memo(Keeper):
+    """The latest results of all steps, in memory.
 
     Parameters
     ----------
@@ -58,18 +79,6 @@ class Memo:
         """Bytes that the arrays in it hold."""
         return sum(result.size for result in self._results)
 
-    @contextmanager
-    def open(self, go_on: Callable[[], None] = lambda: None) -> Iterator[None]:
-        """Let the steps of this thread, and of those that `threads.pool` lends it, use this memo.
-
-        Before a step is done, `go_on` is called: what it raises ends the work.
-        """
-        token = _open.set((self, go_on))
-        try:
-            yield
-        finally:
-            _open.reset(token)
-
     def recall(self, step: Callable[..., Made], given: dict[str, Any], go_on: Callable[[], None]) -> Made:
         """Return what a step gives, without doing it if it was done lately."""
         with self._lock:
@@ -98,7 +107,7 @@ class _Result(NamedTuple):
 
 
 def remembered(step: Callable[Given, Made]) -> Callable[Given, Made]:
-    """Mark a pure function, so that an open `Memo` keeps its results."""
+    """Mark a pure function, so that an open `Keeper` may keep its results."""
     signature = inspect.signature(step)
 
     @wraps(step)
@@ -106,10 +115,10 @@ def remembered(step: Callable[Given, Made]) -> Callable[Given, Made]:
         opened = _open.get()
         if opened is None:
             return step(*args, **named)
-        memo, go_on = opened
+        keeper, go_on = opened
         bound = signature.bind(*args, **named)
         bound.apply_defaults()
-        return memo.recall(step, dict(bound.arguments), go_on)
+        return keeper.recall(step, dict(bound.arguments), go_on)
 
     return recalled
 

@@ -70,6 +70,10 @@ class TransferOptions:
     neighborhood : {4, 8, 16, "isotropic"}
         How total variation measures length: exactly, over 4, 8 or 16 neighbours, or isotropically, by an
         iteration on log I.
+    split_first : bool
+        Whether ``ltv`` splits the reference in its own frame and lays its u over the target, so that many
+        targets share one split (with ``lam="auto"``, those of one λ); False lays it there first, as the
+        paper does.
     color_space : {"rgb", "hsv", "ycbcr"}
         Where colour is relit.
     channels : str
@@ -173,6 +177,12 @@ class TransferOptions:
         flag="--neighborhood",
         choices=(4, 8, 16, "isotropic"),
     )
+    split_first: bool = option(
+        False,
+        "Method ltv: split the reference in its own frame and lay its u over the target, so that many "
+        "targets share one split.",
+        flag="--split-first",
+    )
     color_space: str = option(
         "rgb", "Colour space to relight in.", flag="--color-space", choices=("rgb", "hsv", "ycbcr")
     )
@@ -239,6 +249,11 @@ class TransferOptions:
         return (
             lightness if lightness and self.method == "shading" and self.channels == "all" else self.channels
         )
+
+    @property
+    def splits_alone(self) -> bool:
+        """Whether the reference is split in its own frame: no method but ``ltv`` has a use for that."""
+        return self.split_first and self.method == "ltv"
 
     @property
     def exposure_share(self) -> float:

@@ -2,7 +2,8 @@
 
 1. Warp the reference onto the target through paired landmarks.
 2. Relight the target by it, plane of colour by plane: by `methods.shading`, or as Algorithm 1 of Li, Yin and
-   Deng (2009) has it, by `methods.ltv_swap`: ``u(warped reference) · v(target)``.
+   Deng (2009) has it, by `methods.ltv_swap`: ``u(warped reference) · v(target)``, or if many targets are to
+   share one split of a reference, ``warped u(reference) · v(target)``.
 3. Make that change of light on the target's skin, as far as it is known and wanted.
 
 Steps 1 and 2 work on views of the photos that are as large as a face needs; step 3 on the photo itself.
@@ -26,6 +27,7 @@ from relit.inputs import (
     check_second,
     face_view,
     given_references,
+    in_profile_of,
     laid_over,
     landmarks_of,
     seen_reference,
@@ -51,7 +53,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from relit.image import Photo
     from relit.inputs import AnyLandmarks, AnyPhoto, Reference
 
 _CELL = 1 / 20  # of the interocular distance, and at least 2 px: the size of the membrane's cells
@@ -150,12 +151,13 @@ def transfer(
             second = seen_reference(second_reference, second_landmarks, "second", here, settings, detail)
         for light in lights:
             photo = in_one_profile(photo, light.photo)[0]
+        lights = [in_profile_of(photo, light) for light in lights]
+        second = second and in_profile_of(photo, second)
         view = face_view(photo.pixels, here, settings, detail)
         grey = not lights or lights[0].photo.pixels.ndim == 2
         space = plane_space(photo.pixels.ndim == 2, grey, settings.color_space, settings.lit_channels)  # type: ignore[arg-type]
         face = face_mask(view.landmarks, view.pixels.shape) > 0.5
         shared = _Shared(
-            photo,
             view,
             space,
             base_of(space.of_target(view.pixels)),
@@ -203,7 +205,6 @@ def transfer(
 class _Shared(NamedTuple):
     """What all lights on a face share."""
 
-    photo: Photo
     view: View
     space: PlaneSpace
     base: NDArray[np.float32]
@@ -215,7 +216,7 @@ class _Shared(NamedTuple):
 
 def _lighting(shared: _Shared, light: Reference | None, second: Reference | None) -> Lighting:
     """Relight the view by one reference, or by the light that the options name."""
-    photo, view, space, base, face, lam, options, watch = shared
+    view, space, base, face, lam, options, watch = shared
     alignment = second_alignment = None
     with watch("align"):
         if light is None:
@@ -223,10 +224,10 @@ def _lighting(shared: _Shared, light: Reference | None, second: Reference | None
             lamp = studio_light(options.light or "")
             warped: NDArray[Any] = render(shape, lamp, view.landmarks.interocular_distance)
         else:
-            alignment = laid_over(photo, view, light, options)
+            alignment = laid_over(view, light, options)
             warped = alignment.warped
         if second is not None:
-            second_alignment = laid_over(photo, view, second, options)
+            second_alignment = laid_over(view, second, options)
     with watch("relight"):
         made = METHODS[options.method](
             Scene(
@@ -239,6 +240,8 @@ def _lighting(shared: _Shared, light: Reference | None, second: Reference | None
                 options,
                 space.of_reference(second_alignment.warped) if second_alignment else None,
                 rendered=light is None,
+                own=space.of_reference(light.photo.pixels) if light and options.splits_alone else None,
+                alignment=alignment,
             )
         )
         change = np.log(np.maximum(np.atleast_3d(made.planes), _LEAST) / base)

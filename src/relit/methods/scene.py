@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from relit.alignment import Alignment
     from relit.landmarks import Landmarks
     from relit.ltv import Decomposition
     from relit.options import TransferOptions
@@ -46,6 +47,10 @@ class Scene:
         Planes of the reference's face in the target's light, laid over the target as well.
     rendered : bool
         Whether the reference is nobody's face: all of it is light.
+    own : (H', W') or (H', W', 3) array or None
+        Planes of the reference in its own photo, where they are to be split there.
+    alignment : Alignment or None
+        How the reference was laid over the target; None if it was rendered.
     """
 
     target: NDArray[Any]
@@ -57,6 +62,8 @@ class Scene:
     options: TransferOptions
     second: NDArray[Any] | None = None
     rendered: bool = False
+    own: NDArray[Any] | None = None
+    alignment: Alignment | None = None
 
     @property
     def lam_px(self) -> float:

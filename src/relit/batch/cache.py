@@ -1,0 +1,247 @@
+"""Results of expensive steps on disk, for all processes of a machine and for the next run.
+
+An entry is a file of arrays (npz, never pickles, so that reading one runs nothing) behind its checksum: what
+is torn or damaged is computed again. Its name is the hash of what the step was given and of the code that
+would compute it. Two locks, which the system frees when their process dies, keep the processes apart: under
+the first, one of them computes what all of them want; under the second, entries come and go, and a ledger
+says how large they are together.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from functools import cache
+from hashlib import blake2b
+from importlib.metadata import version
+from inspect import unwrap
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import joblib
+import numpy as np
+from filelock import FileLock
+
+import relit
+from relit.detect import faces_in
+from relit.errors import OptionError, OutputError
+from relit.files import save_atomically
+from relit.landmarks import Landmarks
+from relit.ltv import Decomposition, decompose
+from relit.memo import Keeper, Made, Memo
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Arrays = Mapping[str, NDArray[Any]]
+
+_PATIENCE = 120.0  # s to wait for another process, then everybody helps himself
+_DIGEST = 16  # bytes of a checksum
+_LEDGER = 20  # digits; a torn ledger is shorter
+_LIBRARIES = ("numpy", "scipy", "numba", "pillow", "ai-edge-litert")  # that a result's last bits depend on
+
+
+class _Form(NamedTuple):
+    """How a result becomes arrays, and they a result."""
+
+    apart: Callable[[Any], Arrays]
+    together: Callable[[Arrays], Any]
+
+
+def _split_apart(split: Decomposition) -> Arrays:
+    return {name: np.asarray(part) for name, part in vars(split).items()}
+
+
+def _split_together(arrays: Arrays) -> Decomposition:
+    lam, neighborhood = arrays["lam"].item(), arrays["neighborhood"].item()
+    return Decomposition(arrays["u"], arrays["v"], lam, neighborhood)
+
+
+def _faces_apart(faces: tuple[Landmarks, ...]) -> Arrays:
+    points, confidence = [face.points for face in faces], [face.confidence for face in faces]
+    return {"points": np.array(points), "confidence": np.array(confidence, float)}
+
+
+def _faces_together(arrays: Arrays) -> tuple[Landmarks, ...]:
+    return tuple(
+        Landmarks(points, "mesh478", confidence)
+        for points, confidence in zip(arrays["points"], arrays["confidence"].tolist(), strict=True)
+    )
+
+
+#: The steps that are worth a file. That a photo has no face is a result of `faces_in` like any other.
+_FORMS: dict[Callable[..., Any], _Form] = {
+    unwrap(decompose): _Form(_split_apart, _split_together),
+    unwrap(faces_in): _Form(_faces_apart, _faces_together),
+}
+
+
+class DiskCache(Keeper):
+    """Splits and faces on disk, and the latest results of all other steps in memory.
+
+    Parameters
+    ----------
+    folder : Path
+        Where they are; made if need be. Processes that use one folder share what it holds, and where several
+        want the same at once, one computes it. Where nothing can be written, all goes on without, with a
+        warning.
+    most_bytes : int
+        How much they may hold; what was not asked for longest goes first.
+
+    Raises
+    ------
+    OptionError
+        If `most_bytes` is no number of bytes.
+    OutputError
+        If there is something else in the folder's place.
+
+    Notes
+    -----
+    Results are those of computing, bit by bit; a warning comes only when computing.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> image = np.full((16, 16), 100, np.uint8)
+    >>> with tempfile.TemporaryDirectory() as folder, DiskCache(Path(folder), 1_000_000).open():
+    ...     first, second = decompose(image), decompose(image)
+    >>> first is second, bool(np.array_equal(first.u, second.u))
+    (False, True)
+    """
+
+    def __init__(self, folder: Path, most_bytes: int) -> None:
+        if not isinstance(most_bytes, int) or isinstance(most_bytes, bool) or most_bytes < 0:
+            raise OptionError(f"most_bytes: expected an integer of 0 or more, got {most_bytes!r}")
+        # Entries are deleted by age, so that they live apart from what else may be in the folder.
+        self._folder, self._most_bytes = Path(folder, "relit-cache"), most_bytes
+        self._others, self._warned = Memo(), False
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+        except (FileExistsError, NotADirectoryError) as error:
+            raise OutputError(f"{folder}: is no folder, and cannot hold a cache; name another") from error
+        except OSError as error:
+            self._go_on_without(error)
+
+    def recall(self, step: Callable[..., Made], given: dict[str, Any], go_on: Callable[[], None]) -> Made:
+        """Return what a step gives, without doing it if that is kept."""
+        form = _FORMS.get(step)
+        if form is None:
+            return self._others.recall(step, given, go_on)
+        name = joblib.hash((_makers(), step.__name__, given))
+        path = self._folder / f"{step.__name__}-{name}.npz"
+        arrays = _read(path)
+        if arrays is None:
+            with self._alone(name[:3]):
+                arrays = _read(path)  # by whom this one waited for
+                if arrays is None:
+                    go_on()
+                    made = step(**given)
+                    self._keep(path, form.apart(made))
+                    return made
+        return form.together(arrays)  # type: ignore[no-any-return]
+
+    @contextmanager
+    def _alone(self, what: str) -> Iterator[bool]:
+        """Keep the others out, and say whether that worked."""
+        lock = FileLock(self._folder / f"{what}.lock")
+        try:
+            lock.acquire(_PATIENCE, poll_interval=0.01)
+        except (OSError, NotImplementedError) as error:
+            self._go_on_without(error)
+        try:
+            yield lock.is_locked
+        finally:
+            lock.release()
+
+    def _keep(self, path: Path, arrays: Arrays) -> None:
+        stream = BytesIO()
+        np.savez(stream, allow_pickle=False, **arrays)
+        content = stream.getvalue()
+        size = _DIGEST + len(content)
+        if size > self._most_bytes:
+            return
+        with self._alone("ledger") as alone:
+            if not alone:
+                return
+            try:
+                self._make_room(size)
+                save_atomically(path, _digest(content) + content, overwrite=True)
+                _touch(path)
+            except OSError as error:
+                self._go_on_without(error)
+
+    def _make_room(self, size: int) -> None:
+        """Enter in the ledger what comes, before it does, and let go what it displaces."""
+        ledger = self._folder / "ledger"
+        try:
+            text = ledger.read_text("ascii")
+            held = int(text) if len(text) == _LEDGER else self._most_bytes
+        except (OSError, ValueError):
+            held = self._most_bytes
+        if held + size > self._most_bytes:
+            # An eighth more than need be: all entries have to be looked at, and so seldom.
+            held = self._shrink(min(self._most_bytes - size, self._most_bytes * 7 // 8))
+        ledger.write_text(f"{held + size:0{_LEDGER}}", "ascii")
+
+    def _shrink(self, most_bytes: int) -> int:
+        """Delete what killed processes left, and the entries not asked for longest; return what remains."""
+        for left in self._folder.glob(".relit-*.tmp"):
+            left.unlink(missing_ok=True)
+        entries = [(path.stat(), path) for path in self._folder.glob("*.npz")]
+        held = 0
+        for state, path in sorted(entries, key=lambda entry: -entry[0].st_mtime_ns):
+            if held + state.st_size > most_bytes:
+                path.unlink(missing_ok=True)
+                most_bytes = held  # whatever is older goes as well
+            else:
+                held += state.st_size
+        return held
+
+    def _go_on_without(self, error: OSError | NotImplementedError) -> None:
+        if not self._warned:
+            self._warned = True
+            cause = error.__cause__ or error
+            reason = getattr(cause, "strerror", None) or cause
+            warnings.warn(
+                f"{self._folder}: cannot keep results ({reason}), and goes on without; free some space, or "
+                "choose another folder",
+                RuntimeWarning,
+                stacklevel=2,
+            )
+
+
+def _read(path: Path) -> dict[str, NDArray[Any]] | None:
+    """Return the arrays of an entry, None if there is none or it is damaged."""
+    try:
+        whole = memoryview(path.read_bytes())
+    except OSError:
+        return None
+    digest, content = whole[:_DIGEST], whole[_DIGEST:]
+    if digest != _digest(content):
+        return None
+    with suppress(OSError):  # of a folder that can only be read
+        _touch(path)
+    with np.load(BytesIO(content), allow_pickle=False) as arrays:
+        return dict(arrays)
+
+
+def _touch(path: Path) -> None:
+    """Say that an entry was asked for, more finely than the file system's clock would."""
+    now = time.time_ns()
+    os.utime(path, ns=(now, now))
+
+
+def _digest(content: bytes | memoryview) -> bytes:
+    return blake2b(content, digest_size=_DIGEST).digest()
+
+
+@cache
+def _makers() -> str:
+    """Return the hash of what results depend on, besides what a step is given."""
+    sources = sorted(Path(relit.__file__).parent.rglob("*.py"))
+    versions = [relit.__version__, *map(version, _LIBRARIES)]
+    return str(joblib.hash([*versions, *(source.read_bytes() for source in sources)]))
