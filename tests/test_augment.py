@@ -8,6 +8,7 @@ import sys
 from collections import Counter, namedtuple
 from types import SimpleNamespace
 
+import imagecodecs
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -101,7 +102,7 @@ def test_a_call_is_the_transfer_that_draw_tells_of(image, marks, reference, grey
 
 def test_faces_are_detected_as_transfer_does(image, folder):
     augment = RelightAugment(folder / "second.png", p=1, seed=1, detail=30)
-    light = relit.read_image(folder / "second.png").pixels
+    light = relit.read_image(folder / "second.png")
     expected = relit.transfer(image, light, detail=30, options=augment.draw(0).options).image
     np.testing.assert_array_equal(augment(image), expected)
 
@@ -255,7 +256,7 @@ def test_photos_that_were_read_are_forgotten_beyond_a_limit(folder, monkeypatch)
     monkeypatch.setattr(reference_pool, "read_image", lambda path: (reads.append(path), real(path))[1])
     pool = reference_pool.ReferencePool(folder, most_bytes=1)
     for number in (0, 0, 1, 1, 0):
-        pool.seen(number, relit.TransferOptions(), None, grey=False)
+        pool.seen(number, relit.Photo(NO_FACE), relit.TransferOptions(), None)
     assert len(reads) == 3
 
 
@@ -296,7 +297,7 @@ def test_workers_draw_differently_and_the_same_in_every_run(image, marks, folder
 
 
 def _relit(augment, draw, image, marks):
-    light = None if draw.reference is None else relit.read_image(augment.references[draw.reference]).pixels
+    light = None if draw.reference is None else relit.read_image(augment.references[draw.reference])
     return relit.transfer(image, light, target_landmarks=marks, options=draw.options).image
 
 
@@ -360,6 +361,27 @@ def test_pil_images_come_back_as_they_went_in(image, marks, mode):
         made, picture = (one.convert(mode.removesuffix("A")) for one in (made, picture))
     expected = augment(np.asarray(picture), landmarks=marks, number=0)
     np.testing.assert_array_equal(np.asarray(made), expected)
+
+
+@pytest.mark.parametrize("grey", [False, True])
+def test_light_comes_in_the_colours_of_the_photo(image, marks, grey):
+    profile = bytes(
+        imagecodecs.cms_profile("gray", gamma=1.0) if grey else imagecodecs.cms_profile("adobergb")
+    )
+    photo = relit.Photo(image[..., 1] if grey else image, profile=profile)
+    reference = relit.read_image(relit.sample("reference"))
+    assert reference.profile
+    augment = RelightAugment(reference, p=1, seed=0)
+    made = augment(photo, landmarks=marks)
+    assert made.profile == profile
+    faces = {"target_landmarks": marks, "reference_landmarks": relit.detect_landmarks(reference.pixels)}
+    if grey:
+        reference = relit.Photo(from_unit(luma(to_unit(reference.to_profile(None).pixels)), np.uint8))
+    expected = relit.transfer(photo, reference, **faces, options=augment.draw(0).options)
+    np.testing.assert_array_equal(made.pixels, expected.image)
+    picture = Image.fromarray(photo.pixels)
+    picture.info["icc_profile"] = profile
+    np.testing.assert_array_equal(augment(picture, landmarks=marks, number=0), expected.image)
 
 
 def test_a_photo_keeps_what_travels_with_it(image, marks):

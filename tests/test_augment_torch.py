@@ -141,7 +141,7 @@ def test_workers_draw_differently_and_the_same_in_every_run(image, marks, method
     for worker, sums in enumerate(second):
         for number, light in enumerate(sums):
             draw = augment.draw(number, worker=worker)
-            face = relit.read_image(relit.sample("reference")).pixels if draw.reference == 0 else None
+            face = relit.read_image(relit.sample("reference")) if draw.reference == 0 else None
             made = relit.transfer(image, face, target_landmarks=marks, options=draw.options)
             assert made.image.sum() == light
 

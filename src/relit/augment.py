@@ -16,6 +16,7 @@ import numpy as np
 
 from relit.detect import detect_landmarks
 from relit.errors import FaceNotFoundError, OptionError
+from relit.image import Photo
 from relit.image_kinds import find, opened, put, take
 from relit.landmarks import as_landmarks, check_inside
 from relit.random_settings import RandomSettings, is_number
@@ -205,8 +206,7 @@ class RelightAugment:
         check_inside(face, photo.pixels.shape, "landmarks")
         reference = marks = None
         if self._pool and draw.reference is not None:
-            grey = photo.pixels.ndim == 2
-            reference, marks = self._pool.seen(draw.reference, draw.options, self.detail, grey=grey)
+            reference, marks = self._pool.seen(draw.reference, photo, draw.options, self.detail)
         result = transfer(
             photo,
             reference,
@@ -251,9 +251,10 @@ class RelightAugment:
         FaceNotFoundError
             If one has no face.
         """
+        colours = Photo(np.zeros((1, 1, 3), np.uint8))
         if self._pool:
             for number in range(len(self._pool)):
-                self._pool.seen(number, self._settings.options, self.detail, grey=False)
+                self._pool.seen(number, colours, self._settings.options, self.detail)
 
     def draw(self, number: int, *, worker: int | None = None) -> Draw:
         """Return what a call of this epoch does, without doing it.

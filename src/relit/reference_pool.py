@@ -12,7 +12,7 @@ from relit._photo.codecs import FORMATS
 from relit.color import luma
 from relit.detect import detect_landmarks
 from relit.errors import OptionError
-from relit.image import Photo, read_image
+from relit.image import Photo, in_one_profile, read_image
 from relit.image_kinds import opened
 from relit.inputs import reduction
 from relit.landmarks import Landmarks, as_landmarks, check_inside
@@ -91,7 +91,7 @@ class ReferencePool:
             if one is not None
         }
         self._most_bytes = most_bytes
-        self._kept: OrderedDict[tuple[int, int, bool], Photo] = OrderedDict()
+        self._kept: OrderedDict[tuple[int, int, bool, bytes | None], Photo] = OrderedDict()
 
     def __len__(self) -> int:
         """Return the number of photos."""
@@ -102,18 +102,18 @@ class ReferencePool:
         return {**self.__dict__, "_kept": OrderedDict()}
 
     def seen(
-        self, number: int, options: TransferOptions, detail: float | None, *, grey: bool
+        self, number: int, target: Photo, options: TransferOptions, detail: float | None
     ) -> tuple[Photo, Landmarks]:
-        """Return a photo and its landmarks, as small as a transfer with these options makes it.
+        """Return a photo and its landmarks, as small as a transfer makes it, and in the target's colours.
 
         Parameters
         ----------
         number : int
+        target : Photo
+            Of a grey one, the lightness alone is returned.
         options : TransferOptions
         detail : float or None
             As of `relit.transfer`.
-        grey : bool
-            Whether to return the lightness alone.
 
         Raises
         ------
@@ -126,13 +126,15 @@ class ReferencePool:
             self._landmarks[number] = detect_landmarks(photo.pixels, name=self._name(number))
         landmarks = self._landmarks[number]
         factor = reduction(landmarks, options, detail)
-        key = (number, factor, grey)
+        grey = target.pixels.ndim == 2
+        key = (number, factor, grey, target.profile)
         if key not in self._kept:
             photo = photo or self._read(number)
             check_inside(landmarks, photo.pixels.shape, f"reference_landmarks[{number}]")
             if grey:
                 photo = _grey(photo)
-            self._kept[key] = replace(photo, pixels=reduced(photo.pixels, factor), alpha=None)
+            small = replace(photo, pixels=reduced(photo.pixels, factor), alpha=None)
+            self._kept[key] = in_one_profile(target, small)[1]
         self._kept.move_to_end(key)
         while sum(kept.pixels.nbytes for kept in self._kept.values()) > self._most_bytes:
             oldest = next(iter(self._kept))
