@@ -22,6 +22,7 @@ from relit._version import VERSION
 
 if TYPE_CHECKING:
     from relit.alignment import Alignment, align
+    from relit.augment import RelightAugment
     from relit.certificate import Certificate, certify
     from relit.detect import detect_faces, detect_landmarks
     from relit.errors import (
@@ -60,6 +61,7 @@ _HOME = {
     "OptionError": "errors",
     "OutputError": "errors",
     "Photo": "image",
+    "RelightAugment": "augment",
     "RelitError": "errors",
     "TransferOptions": "options",
     "TransferResult": "results",
@@ -92,6 +94,7 @@ __all__ = [
     "OptionError",
     "OutputError",
     "Photo",
+    "RelightAugment",
     "RelitError",
     "TransferOptions",
     "TransferResult",

@@ -74,7 +74,7 @@ def seen_reference(
     if settings.splits_alone:
         view = face_view(photo.pixels, landmarks, settings, detail)
     else:
-        factor = _factor(landmarks, settings, detail)
+        factor = reduction(landmarks, settings, detail)
         view = view_of(photo.pixels, landmarks, _whole(photo.pixels.shape), factor)
     seen = replace(photo, pixels=view.pixels, alpha=None)
     return Reference(photo.pixels, landmarks, seen, view.landmarks)
@@ -103,7 +103,7 @@ def face_view(
     image: NDArray[Any], landmarks: Landmarks, options: TransferOptions, detail: float | None
 ) -> View:
     """Return the view that a method gets of a target."""
-    factor = _factor(landmarks, options, detail)
+    factor = reduction(landmarks, options, detail)
     if not options.mask:
         return view_of(image, landmarks, _whole(image.shape), factor)
     points = np.vstack([face_outline(landmarks), landmarks.xy])
@@ -111,7 +111,7 @@ def face_view(
     return view_of(image, landmarks, window_round(points, margin, image.shape, factor), factor)
 
 
-def _factor(landmarks: Landmarks, options: TransferOptions, detail: float | None) -> int:
+def reduction(landmarks: Landmarks, options: TransferOptions, detail: float | None) -> int:
     """Return by how much a photo can be reduced before its face is smaller than the method needs."""
     if options.full_resolution:
         return 1
