@@ -1,0 +1,1 @@
+"""Many pairs of photos: from two photos to a data set."""
