@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
-from contextvars import copy_context
+from contextvars import ContextVar, copy_context
 from functools import cache
 from typing import Any, Protocol, TypeVar, cast
 
@@ -16,6 +16,8 @@ from relit.errors import OptionError
 
 _LEAST_PIXELS = 2**15  # of a band; below, a thread does not pay
 _LEAST_ROWS = 16  # the most that a band borrows from its neighbour
+
+_most: ContextVar[int | None] = ContextVar("most", default=None)
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -30,10 +32,37 @@ class Run(Protocol):
 
 
 def available() -> int:
-    """Return how many threads can run at once here."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    """Return how many threads can run at once here: the cores, or fewer inside `limit`."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(cores, _most.get() or cores)
+
+
+@contextmanager
+def limit(threads: int) -> Iterator[None]:
+    """Let what runs here, and in the threads that `pool` lends it, take at most so many at once.
+
+    So workers side by side share the cores. Linear algebra has threads of its own: see `one_blas_thread`.
+
+    Parameters
+    ----------
+    threads : int
+
+    Raises
+    ------
+    OptionError
+        If it is no integer above 0.
+
+    Examples
+    --------
+    >>> with limit(1):
+    ...     available()
+    1
+    """
+    token = _most.set(check_threads(threads))
+    try:
+        yield
+    finally:
+        _most.reset(token)
 
 
 def check_threads(threads: int | None) -> int:
