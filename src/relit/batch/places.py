@@ -39,9 +39,12 @@ def expand(pattern: str) -> list[str]:
     """Return the places that a pattern stands for."""
     if Path(pattern).is_dir():
         return sorted(
-            str(path) for path in Path(pattern).rglob("*") if path.suffix.lower() in _PHOTOS and path.is_file()
+            str(path)
+            for path in Path(pattern).rglob("*")
+            if path.suffix.lower() in _PHOTOS and path.is_file()
         )
-    return sorted(path for path in glob(pattern, recursive=True) if Path(path).is_file())
+    found = glob(pattern, recursive=True)  # noqa: PTH207
+    return sorted(path for path in found if Path(path).is_file())
 
 
 def join(root: str, relative: str) -> str:
