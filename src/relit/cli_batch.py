@@ -6,7 +6,6 @@ import signal
 import threading
 from contextlib import contextmanager
 from dataclasses import asdict, fields
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -227,15 +226,13 @@ def _suffix(kind: str, given: str | None) -> str | None:
     """Return the suffix of the files to write, if one is chosen."""
     if given is None:
         return None
-    from relit.image import check_destination
-    from relit.landmark_files import check_landmark_destination
+    from relit.batch.naming import check_suffix
 
-    if kind == "decompose":
-        raise click.UsageError("--format does not go with --do decompose, which writes u.png and v.png.")
     suffix = f".{given.removeprefix('.')}"
-    if Path(f"a{suffix}").suffix != suffix:
-        raise OptionError(f"--format: expected the end of a file name, such as png, got {given!r}")
-    (check_landmark_destination if kind == "landmarks" else check_destination)(f"--format {given}/a{suffix}")
+    try:
+        check_suffix(kind, suffix)
+    except OptionError as error:
+        raise OptionError(f"--{error}") from None
     return suffix
 
 

@@ -9,19 +9,20 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 from joblib.externals.loky import ProcessPoolExecutor
 from joblib.externals.loky.process_executor import BrokenProcessPool
 
-from relit.errors import RelitError
+from relit.errors import RelitError, WorkerLostError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from concurrent.futures import Future
 
 
-class WorkerLostError(RelitError):
-    """The process that worked on a row died."""
-
-
 class Engine(Protocol):
     """What takes work."""
+
+    @property
+    def workers(self) -> int:
+        """How many rows run at once."""
+        ...
 
     def submit(self, function: Callable[..., Any], *args: Any) -> Future[Any]:
         """Begin with `function(*args)` somewhere."""

@@ -9,9 +9,8 @@ from __future__ import annotations
 import json
 import os
 from array import array
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict
-from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from relit.errors import OutputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
+    from pathlib import Path
 
 
 class Journal:
@@ -42,6 +42,7 @@ class Journal:
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     with Journal(Path(folder, "journal.jsonl")).writing() as journal:
     ...         journal.begin({"kind": "transfer"})
@@ -68,24 +69,21 @@ class Journal:
             If another process has it, or it cannot be written.
         """
         lock = FileLock(self.path.with_name(f"{self.path.name}.lock"))
-        try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            with lock.acquire(timeout=0), self.path.open("a+b") as self._stream:
+        with ExitStack() as held:
+            try:
+                self.path.parent.mkdir(parents=True, exist_ok=True)
+                held.enter_context(lock.acquire(timeout=0))
+                self._stream = held.enter_context(self.path.open("a+b"))
                 _cut_torn_line(self._stream)
-                self.refresh()
-                yield self
-        except Timeout:
-            raise OutputError(
-                f"{self.path}: another run is at work here; wait for it, or choose another folder"
-            ) from None
-        except OSError as error:
-            if isinstance(error, OutputError) or error.filename not in (str(self.path), lock.lock_file):
-                raise
-            raise OutputError(
-                f"{self.path}: cannot be written ({error.strerror}); choose another place with --journal"
-            ) from error
-        finally:
-            self._stream = None
+            except Timeout:
+                raise OutputError(
+                    f"{self.path}: another run is at work here; wait for it, or choose another folder"
+                ) from None
+            except OSError as error:
+                raise self._unwritable(error) from error
+            self.refresh()
+            yield self
+        self._stream = None
 
     @contextmanager
     def reading(self) -> Iterator[Journal]:
@@ -135,9 +133,17 @@ class Journal:
     def _append(self, records: list[dict[str, Any]]) -> None:
         if self._stream is None:
             raise RuntimeError("the journal is not open for writing")
-        self._stream.write(b"".join(json.dumps(record).encode() + b"\n" for record in records))
-        self._stream.flush()
-        os.fsync(self._stream.fileno())
+        try:
+            self._stream.write(b"".join(json.dumps(record).encode() + b"\n" for record in records))
+            self._stream.flush()
+            os.fsync(self._stream.fileno())
+        except OSError as error:
+            raise self._unwritable(error) from error
+
+    def _unwritable(self, error: OSError) -> OutputError:
+        return OutputError(
+            f"{self.path}: cannot be written ({error.strerror or error}); choose another place with --journal"
+        )
 
     def _lines(self) -> Iterator[tuple[int, bytes]]:
         if self._stream is not None:

@@ -70,9 +70,9 @@ def _face(photo: Photo, place: str, marks: str | None, held: Held, watch: Stopwa
             check_inside(found, photo.pixels.shape, marks)
             return found
         try:
-            return detect_landmarks(photo.pixels)  # without its name, which a cache would take for a part
+            return detect_landmarks(photo.pixels, name=place)
         except FaceNotFoundError as error:
-            told = str(error).replace("image", place, 1).replace("--landmarks FILE", "a column of landmarks")
+            told = str(error).replace("--landmarks FILE", "a column of landmarks in the manifest")
             raise FaceNotFoundError(told) from None
 
 

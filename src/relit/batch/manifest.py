@@ -5,7 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import json
-from contextlib import contextmanager
+import os
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, fields
 from difflib import get_close_matches
 from hashlib import sha256
@@ -18,7 +19,8 @@ from relit.errors import OptionError
 from relit.options import TransferOptions
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from _csv import Reader
+    from collections.abc import Callable, Generator, Iterator, Sequence
 
 _PLACES = ("target", "reference", "target_landmarks", "reference_landmarks", "output")
 _FIELDS = {option.name: option for option in fields(TransferOptions)}
@@ -73,8 +75,8 @@ class Manifest:
         """Go through the rows."""
         read = _READERS[Path(self.place).suffix.lower()]
         root = self.place.rpartition("/")[0] if "://" in self.place else str(Path(self.place).parent)
-        with self._open() as stream:
-            for number, record in enumerate(read(stream, self.place), 1):
+        with self._open() as stream, closing(read(stream, self.place)) as records:
+            for number, record in enumerate(records, 1):
                 if isinstance(record, dict):
                     yield _row(number, record, root)
                 else:
@@ -118,12 +120,17 @@ def _row(number: int, record: dict[str, Any], root: str) -> Row:
         if not isinstance(given[name], (str, int, float)):
             return Row(number, problem=f"{name}: expected a number or a word, got {given[name]!r}")
         options.append((name, _meant(name, given[name])))
-    inputs = {
-        name: given[name] if "://" in given[name] else places.join(root, given[name])
-        for name in _PLACES[:-1]
-        if name in given
-    }
+    inputs = {name: _below(root, given[name]) for name in _PLACES[:-1] if name in given}
     return Row(number, **inputs, output=given.get("output"), options=tuple(options))
+
+
+def _below(root: str, place: str) -> str:
+    """Return a place, from the manifest's folder unless it is whole."""
+    if root in ("", ".") or "://" in place:
+        return place
+    if "://" in root:
+        return places.join(root, place)
+    return os.path.join(root, place)  # noqa: PTH118 (pathlib is too slow for millions of names)
 
 
 def _is_empty(value: Any) -> bool:
@@ -158,10 +165,16 @@ def _check_columns(names: Sequence[str], where: str) -> None:
         raise OptionError(f"{where}: has column {twice[0]!r} more than once; keep one")
 
 
-def _csv_records(stream: IO[bytes], place: str) -> Iterator[_Record]:
+def _csv_records(stream: IO[bytes], place: str) -> Generator[_Record]:
     # File names need not be UTF-8; bytes that are not go through unharmed.
     text = io.TextIOWrapper(stream, "utf-8-sig", errors="surrogateescape", newline="")
-    reader = csv.reader(text, strict=True)
+    try:
+        yield from _csv_lines(csv.reader(text, strict=True), place)
+    finally:
+        text.detach()
+
+
+def _csv_lines(reader: Reader, place: str) -> Iterator[_Record]:
     names: list[str] = []
     while True:
         try:
@@ -184,12 +197,11 @@ def _csv_records(stream: IO[bytes], place: str) -> Iterator[_Record]:
             yield f"expected {len(names)} cells, got {len(cells)}; quote cells that hold a comma"
         else:
             yield dict(zip(names, cells, strict=False))
-    text.detach()
     if not names:
         raise OptionError(f"{place}: is empty; name the columns in the first row")
 
 
-def _json_records(stream: IO[bytes], place: str) -> Iterator[_Record]:
+def _json_records(stream: IO[bytes], place: str) -> Generator[_Record]:
     number = 0
     for line in stream:
         text = line.decode("utf-8-sig" if number == 0 else "utf-8", "surrogateescape")
@@ -212,7 +224,7 @@ def _json_records(stream: IO[bytes], place: str) -> Iterator[_Record]:
         yield record | nested
 
 
-def _parquet_records(stream: IO[bytes], place: str) -> Iterator[_Record]:
+def _parquet_records(stream: IO[bytes], place: str) -> Generator[_Record]:
     try:
         from pyarrow.parquet import ParquetFile
     except ImportError:
@@ -232,7 +244,7 @@ def _parquet_records(stream: IO[bytes], place: str) -> Iterator[_Record]:
         raise OptionError(f"{place}: expected Parquet ({error}); write it anew") from None
 
 
-_READERS: dict[str, Callable[[IO[bytes], str], Iterator[_Record]]] = {
+_READERS: dict[str, Callable[[IO[bytes], str], Generator[_Record]]] = {
     ".csv": _csv_records,
     ".jsonl": _json_records,
     ".ndjson": _json_records,

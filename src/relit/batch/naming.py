@@ -10,7 +10,7 @@ import unicodedata
 from array import array
 from functools import lru_cache
 from hashlib import blake2b
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +19,7 @@ from relit._photo.codecs import FORMATS
 from relit.batch import places
 from relit.batch.jobs import KINDS, Job, Outcome, options_with
 from relit.errors import OptionError
+from relit.landmark_files import FORMATS as LANDMARK_FORMATS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 #: The folder, in that of the batch, for what is not a result.
 STATE = ".relit"
 
-_WRITABLE = {extension for known in FORMATS.values() for extension in known.extensions}
+_PHOTOS = {extension for known in FORMATS.values() for extension in known.extensions}
 _SHOWN = 5  # clashes that a message names
 
 
@@ -107,10 +108,10 @@ class Naming:
         *folders, last = _parts(row.target)[len(self._root or ()) :]
         if not last:
             raise OptionError(f"target: expected a photo, got {row.target!r}")
-        stem, own = PurePath(last).stem, PurePath(last).suffix
+        stem, own = _split_suffix(last)
         suffix = KINDS[self.kind].suffix if self.suffix is None else self.suffix
         if suffix is None:
-            suffix = own if own.lower() in _WRITABLE else ".png"
+            suffix = own if own.lower() in _PHOTOS else ".png"
         told = last if suffix != own and _name_digest(row.target, whole=True) in self._alike else stem
         if self.kind == "transfer" and short_digest(row.target) in self._repeated:
             told += f"__{self._light(row)}"
@@ -122,7 +123,24 @@ class Naming:
         parts = _parts(row.reference)
         if _name_digest(row.reference, whole=False) in self._references_alike:
             return "-".join(parts[len(self._reference_root or ()) :])
-        return PurePath(parts[-1]).stem
+        return _split_suffix(parts[-1])[0]
+
+
+def check_suffix(kind: str, suffix: str) -> None:
+    """Refuse a suffix of files that no row of a kind can write.
+
+    Raises
+    ------
+    OptionError
+
+    Examples
+    --------
+    >>> check_suffix("landmarks", ".pts")
+    """
+    known = {} if KINDS[kind].parts else LANDMARK_FORMATS if kind == "landmarks" else _PHOTOS
+    if suffix.lower() not in known:
+        told = f"expected one of {', '.join(sorted(known))}" if known else f"expected none with {kind}"
+        raise OptionError(f"format: {told}, got {suffix!r}")
 
 
 def check_names(
@@ -244,8 +262,15 @@ def _of_several(names: array[int], things: array[int]) -> Digests:
 
 def _name_digest(place: str, *, whole: bool) -> int:
     """Return the digest of a place without its suffix: of its whole path, or of its last part."""
-    name = place if whole else _parts(place)[-1]
-    return short_digest(name.removesuffix(PurePath(name).suffix))
+    *folders, name = _parts(place)
+    stem = _split_suffix(name)[0]
+    return short_digest("/".join([*folders, stem]) if whole else stem)
+
+
+def _split_suffix(name: str) -> tuple[str, str]:
+    """Return a name before its suffix, and that; pathlib is too slow for millions of names."""
+    at = name.rfind(".")
+    return (name[:at], name[at:]) if at > 0 else (name, "")
 
 
 def _parts(place: str) -> tuple[str, ...]:
@@ -254,11 +279,16 @@ def _parts(place: str) -> tuple[str, ...]:
         scheme, _, rest = place.partition("://")
         return (scheme, *(part for part in rest.split("/") if part not in ("", ".", "..")))
     folder, name = os.path.split(place)
-    return (*_folder_parts(folder), "" if name in (".", "..") else name)
+    return (*_folder_parts(folder, _from(folder)), "" if name in (".", "..") else name)
+
+
+def _from(folder: str) -> str:
+    """Return where a folder counts from: caches must know."""
+    return "" if folder.startswith(os.sep) else os.getcwd()  # noqa: PTH109 (pathlib is too slow)
 
 
 @lru_cache(maxsize=4096)
-def _folder_parts(folder: str) -> tuple[str, ...]:
+def _folder_parts(folder: str, _: str) -> tuple[str, ...]:
     path = Path(os.path.abspath(folder))  # noqa: PTH100 (pathlib has nothing that leaves links as they are)
     return (path.drive.strip(":\\/"), *path.parts[1:])
 
@@ -275,7 +305,8 @@ def _common(root: tuple[str, ...] | None, place: str) -> tuple[str, ...]:
 def _inside(output: str) -> str:
     """Return an output as rows have it, with ``/`` between folders, if it stays in the folder."""
     parts = [part for part in output.replace(os.sep, "/").split("/") if part not in ("", ".")]
-    if Path(output).is_absolute() or Path(output).drive or "://" in output or ".." in parts:
+    outside = output.startswith(("/", os.sep)) or os.path.splitdrive(output)[0] or "://" in output
+    if outside or ".." in parts:
         raise OptionError(f"output: expected a path below the folder of the batch, got {output!r}")
     if not parts or parts[0].casefold() == STATE:
         raise OptionError(f"output: expected the name of a file, got {output!r}")
@@ -297,12 +328,12 @@ def _key_of(place: str) -> str:
     """Return a place such that no file system has two files of one key."""
     if "://" not in place:
         folder, name = os.path.split(place)
-        place = f"{_real(folder)}/{name}"
+        place = f"{_real(folder, _from(folder))}/{name}"
     return unicodedata.normalize("NFC", unicodedata.normalize("NFC", place).casefold())
 
 
 @lru_cache(maxsize=4096)
-def _real(folder: str) -> str:
+def _real(folder: str, _: str) -> str:
     return os.path.realpath(folder).replace(os.sep, "/").rstrip("/")
 
 

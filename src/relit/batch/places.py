@@ -5,7 +5,7 @@ from __future__ import annotations
 from glob import glob
 from pathlib import Path
 
-from relit.errors import ImageError
+from relit.errors import ImageError, OutputError
 from relit.files import save_atomically
 
 _PHOTOS = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".ppm", ".pgm", ".bmp", ".heic", ".exr"}
@@ -26,7 +26,10 @@ def read_bytes(place: str) -> bytes:
 
 def write_atomically(place: str, data: bytes, *, overwrite: bool) -> None:
     """Put bytes in a place, all or none."""
-    Path(place).parent.mkdir(parents=True, exist_ok=True)
+    try:
+        Path(place).parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{place}: cannot be written ({error.strerror}); choose another place") from error
     save_atomically(Path(place), data, overwrite=overwrite)
 
 
@@ -49,4 +52,4 @@ def expand(pattern: str) -> list[str]:
 
 def join(root: str, relative: str) -> str:
     """Return a place below another."""
-    return f"{root.rstrip('/')}/{relative}" if "://" in root else str(Path(root, relative))
+    return f"{root.rstrip('/')}/{relative}" if root.rstrip("/") else f"{root[:1]}{relative}"

@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 from relit._version import VERSION
 from relit.batch import places
-from relit.batch.engines import WorkerLostError
 from relit.batch.jobs import KINDS, Job, Outcome
 from relit.batch.naming import Naming, check_names
 from relit.batch.work import do, recipe, stamp_of
-from relit.errors import OptionError
+from relit.errors import OptionError, WorkerLostError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator

@@ -144,7 +144,7 @@ def carry_out(
                     )
         with engine(workers.engine, workers.workers, address=workers.address) as lent:
             # As many again wait at the workers' doors, so that none stands idle while one row is recorded.
-            counts = run(batch, journal, lent, window=2 * workers.workers, tell=tell)
+            counts = run(batch, journal, lent, window=2 * lent.workers, tell=tell)
         journal.refresh()
         write_table(where.results, batch, journal)
         times = {
