@@ -196,6 +196,8 @@ def run(
     """
     batch.check_journal(journal)
     sweep = _Sweep(batch.plan.folder) if journal.header else None
+    if sweep:
+        sweep(["results.csv"])
     journal.begin(batch.settings)
     counts = Counts(batch.total)
     to_do = batch.to_do(journal, counts)
