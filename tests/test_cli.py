@@ -745,6 +745,8 @@ OTHERS = {
     }
     | {"output", "swap", "stages", "sheet", "timings", "force", "as_json"},
     "align": PHOTOS | {"output", "force", "as_json"},
+    "batch": {"manifest", "kind", "output", "targets", "references", "pairing", "seed", "suffix", "engine"}
+    | {"workers", "address", "limit", "dry_run", "results", "journal", "cache_size", "force", "as_json"},
     "decompose": {"image", "output", "landmarks", "face", "eye_distance", "force", "as_json"},
     "normalize": {"image", "output", "landmarks", "face", "eye_distance", "force", "as_json"},
     "evaluate": {"source", "protocol", "chosen", "lams", "jobs", "limit", "output", "figure", "number"}
@@ -756,6 +758,7 @@ OTHERS = {
 }
 OPTIONS = {
     "transfer": set(FIELDS),
+    "batch": set(FIELDS),
     "align": {"kernel", "affine", "smoothing"},
     "decompose": {"lam", "neighborhood"},
     "normalize": {"lam", "neighborhood"},

@@ -15,6 +15,7 @@ from typing import Any
 import click
 
 from relit import __version__
+from relit.cli_batch import batch
 from relit.cli_evaluate import evaluate
 from relit.cli_options import (
     ALIGNMENT,
@@ -167,5 +168,5 @@ def samples(folder: str, force: bool, as_json: bool) -> None:
     report(as_json, output=[str(path) for path in copy_samples(Path(folder), overwrite=force)])
 
 
-for _command in (transfer, decompose, normalize, evaluate, studio, serve):
+for _command in (transfer, batch, decompose, normalize, evaluate, studio, serve):
     relit.add_command(_command)

@@ -101,9 +101,35 @@ def read_landmarks(
            [70., 40.],
            [50., 80.]])
     """
-    path = Path(path)
+    _format_of(Path(path), format, LandmarkError)
+    return landmarks_from(_bytes_of(Path(path)), path, format=format, face=face)
+
+
+def landmarks_from(
+    data: bytes,
+    name: str | Path,
+    *,
+    format: str | None = None,  # noqa: A002
+    face: int | None = None,
+) -> Landmarks:
+    r"""Return the landmarks of one face from what a landmark file holds.
+
+    Parameters
+    ----------
+    data : bytes
+    name : str or Path
+        What the file is called, for its extension and for messages.
+    format, face : optional
+        As of `read_landmarks`, and so are the errors.
+
+    Examples
+    --------
+    >>> landmarks_from(b"x,y\n30,40\n70,40\n50,80\n", "face.csv").points[0]
+    array([30., 40.])
+    """
+    path = Path(name)
     read = _format_of(path, format, LandmarkError).read
-    data = _bytes_of(path)
+    _check_content(data, path)
     try:
         chosen = _choose(read(data), face)
         if not chosen.points:
@@ -159,8 +185,26 @@ def write_landmarks(
     50,80.25
     """
     path = Path(path)
-    text = _format_of(path, format, OutputError).write(as_landmarks(landmarks, "landmarks"), image_name)
-    save_atomically(path, text.encode("utf-8", "replace"), overwrite=overwrite)
+    data = landmarks_as_bytes(path, landmarks, format=format, image_name=image_name)
+    save_atomically(path, data, overwrite=overwrite)
+
+
+def landmarks_as_bytes(
+    name: str | Path,
+    landmarks: Landmarks | ArrayLike,
+    *,
+    format: str | None = None,  # noqa: A002
+    image_name: str = "",
+) -> bytes:
+    r"""Return what a landmark file of a name holds; parameters and errors are those of `write_landmarks`.
+
+    Examples
+    --------
+    >>> landmarks_as_bytes("face.csv", [[30, 40], [70, 40], [50, 80.25]])
+    b'x,y\n30,40\n70,40\n50,80.25\n'
+    """
+    write = _format_of(Path(name), format, OutputError).write
+    return write(as_landmarks(landmarks, "landmarks"), image_name).encode("utf-8", "replace")
 
 
 def check_landmark_destination(path: str | Path, *, overwrite: bool = False) -> None:
@@ -189,17 +233,19 @@ def _format_of(path: Path, name: str | None, error: type[LandmarkError | OutputE
 def _bytes_of(path: Path) -> bytes:
     try:
         with path.open("rb") as stream:
-            data = stream.read(_MAX_BYTES + 1)
+            return stream.read(_MAX_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         reason = getattr(error, "strerror", None) or error
         raise LandmarkError(f"{path}: cannot be read ({reason}); give the path of a landmark file") from error
+
+
+def _check_content(data: bytes, path: Path) -> None:
     if len(data) > _MAX_BYTES:
         raise LandmarkError(
             f"{path}: is larger than {_MAX_BYTES >> 20} MB; give a file of one photo's landmarks"
         )
     if not data.strip():
         raise LandmarkError(f"{path}: is empty; write the landmarks again")
-    return data
 
 
 def _choose(faces: list[lines.Face], index: int | None) -> lines.Face:

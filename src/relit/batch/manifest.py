@@ -1,0 +1,253 @@
+"""Rows from a manifest: a table in CSV, JSON lines or Parquet."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, fields
+from difflib import get_close_matches
+from hashlib import sha256
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any
+
+from relit.batch import places
+from relit.batch.jobs import Row
+from relit.errors import OptionError
+from relit.options import TransferOptions
+
+if TYPE_CHECKING:
+    from _csv import Reader
+    from collections.abc import Callable, Generator, Iterator, Sequence
+
+_PLACES = ("target", "reference", "target_landmarks", "reference_landmarks", "output")
+_FIELDS = {option.name: option for option in fields(TransferOptions)}
+_COLUMNS = (*_PLACES, *_FIELDS)
+_TRUTH = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
+
+# A row as a reader gives it: values by column, or what is wrong with it.
+_Record = dict[str, Any] | str
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """The rows of a file, read anew each time.
+
+    The columns are ``target``, ``reference``, ``target_landmarks``, ``reference_landmarks``, ``output``, and
+    any field of `TransferOptions`; in JSON lines, options may also stand in an object ``options``. What is
+    empty is as the command has it. Relative paths count from the manifest's own folder, and ``output`` from
+    the folder of the batch.
+
+    Parameters
+    ----------
+    place : str
+        A local path or a URL, ending in ``.csv``, ``.jsonl``, ``.ndjson``, ``.parquet`` or ``.pq``.
+
+    Raises
+    ------
+    OptionError
+        If it cannot be read, is of another format, or has a column that is none of these. A row that is
+        wrong by itself has a `Row.problem`.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "faces.csv")
+    ...     _ = path.write_text("target,light,strength" + chr(10) + "/a.jpg,rim,0.5")
+    ...     for row in Manifest(str(path)):
+    ...         print(row.number, row.target, row.options)
+    1 /a.jpg (('light', 'rim'), ('strength', 0.5))
+    """
+
+    place: str
+
+    def __post_init__(self) -> None:
+        """Check its format."""
+        if Path(self.place).suffix.lower() not in _READERS:
+            raise OptionError(
+                f"{self.place}: expected a manifest that ends in one of {', '.join(_READERS)}; convert it"
+            )
+
+    def __iter__(self) -> Iterator[Row]:
+        """Go through the rows."""
+        read = _READERS[Path(self.place).suffix.lower()]
+        root = self.place.rpartition("/")[0] if "://" in self.place else str(Path(self.place).parent)
+        with self._open() as stream, closing(read(stream, self.place)) as records:
+            for number, record in enumerate(records, 1):
+                if isinstance(record, dict):
+                    yield _row(number, record, root)
+                else:
+                    yield Row(number, problem=record)
+
+    def digest(self) -> str:
+        """Return the SHA-256 of the file."""
+        found = sha256()
+        with self._open() as stream:
+            while part := stream.read(1 << 20):
+                found.update(part)
+        return found.hexdigest()
+
+    @contextmanager
+    def _open(self) -> Iterator[IO[bytes]]:
+        if "://" in self.place:
+            yield io.BytesIO(places.read_bytes(self.place))
+            return
+        try:
+            with Path(self.place).open("rb") as stream:
+                yield stream
+        except OptionError:
+            raise
+        except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+            reason = getattr(error, "strerror", None) or error
+            raise OptionError(
+                f"{self.place}: cannot be read ({reason}); give the file name of a manifest"
+            ) from None
+
+
+def _row(number: int, record: dict[str, Any], root: str) -> Row:
+    """Return a row, its paths from the manifest's folder and its options as what they mean."""
+    given = {name: value for name, value in record.items() if not _is_empty(value)}
+    for name in _PLACES:
+        if not isinstance(given.get(name, ""), str) or "\0" in given.get(name, ""):
+            return Row(number, problem=f"{name}: expected a path, got {given[name]!r}")
+    if "target" not in given:
+        return Row(number, problem="target: expected a photo, got nothing; fill it in")
+    options = []
+    for name in sorted({*given} & {*_FIELDS}):
+        if not isinstance(given[name], (str, int, float)):
+            return Row(number, problem=f"{name}: expected a number or a word, got {given[name]!r}")
+        options.append((name, _meant(name, given[name])))
+    inputs = {name: _below(root, given[name]) for name in _PLACES[:-1] if name in given}
+    return Row(number, **inputs, output=given.get("output"), options=tuple(options))
+
+
+def _below(root: str, place: str) -> str:
+    """Return a place, from the manifest's folder unless it is whole."""
+    if root in ("", ".") or "://" in place:
+        return place
+    if "://" in root:
+        return places.join(root, place)
+    return os.path.join(root, place)  # noqa: PTH118 (pathlib is too slow for millions of names)
+
+
+def _is_empty(value: Any) -> bool:
+    return value is None or (isinstance(value, str) and not value.strip())
+
+
+def _meant(name: str, value: Any) -> Any:
+    """Return what a value stands for that may be written as text; text that stands for nothing stays."""
+    if not isinstance(value, str):
+        return value
+    declared, text = _FIELDS[name], value.strip()
+    if choices := declared.metadata["choices"]:
+        return next((choice for choice in choices if str(choice) == text), text)
+    if isinstance(declared.default, bool):
+        return _TRUTH.get(text.lower(), text)
+    if declared.metadata["text"] or text in declared.metadata["words"]:
+        return text
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _check_columns(names: Sequence[str], where: str) -> None:
+    unknown = [name for name in names if name not in _COLUMNS]
+    if unknown:
+        near = get_close_matches(unknown[0], _COLUMNS, 1)
+        told = f"did you mean {near[0]!r}?" if near else f"expected some of {', '.join(_COLUMNS)}"
+        several = "s" if len(unknown) > 1 else ""
+        raise OptionError(f"{where}: unknown column{several} {', '.join(map(repr, unknown))}; {told}")
+    if twice := [name for name in _COLUMNS if names.count(name) > 1]:
+        raise OptionError(f"{where}: has column {twice[0]!r} more than once; keep one")
+
+
+def _csv_records(stream: IO[bytes], place: str) -> Generator[_Record]:
+    # File names need not be UTF-8; bytes that are not go through unharmed.
+    text = io.TextIOWrapper(stream, "utf-8-sig", errors="surrogateescape", newline="")
+    try:
+        yield from _csv_lines(csv.reader(text, strict=True), place)
+    finally:
+        text.detach()
+
+
+def _csv_lines(reader: Reader, place: str) -> Iterator[_Record]:
+    names: list[str] = []
+    while True:
+        try:
+            cells = next(reader)
+        except StopIteration:
+            break
+        except csv.Error as error:
+            if not names:
+                raise OptionError(f"{place}: expected CSV ({error}); export the table again") from None
+            yield f"expected CSV ({error}, line {reader.line_num}); check the quotes of this row"
+            continue
+        if not any(cell.strip() for cell in cells):
+            continue
+        if not names:
+            names = [name.strip() for name in cells]
+            _check_columns(names, place)
+            if "target" not in names:
+                raise OptionError(f"{place}: has no column 'target'; name the columns in the first row")
+        elif any(cell.strip() for cell in cells[len(names) :]):
+            yield f"expected {len(names)} cells, got {len(cells)}; quote cells that hold a comma"
+        else:
+            yield dict(zip(names, cells, strict=False))
+    if not names:
+        raise OptionError(f"{place}: is empty; name the columns in the first row")
+
+
+def _json_records(stream: IO[bytes], place: str) -> Generator[_Record]:
+    number = 0
+    for line in stream:
+        text = line.decode("utf-8-sig" if number == 0 else "utf-8", "surrogateescape")
+        if not text.strip():
+            continue
+        number += 1
+        try:
+            record = json.loads(text)
+        except (ValueError, RecursionError) as error:
+            yield f"expected a line of JSON ({error}); write it anew"
+            continue
+        if not isinstance(record, dict) or not isinstance(record.get("options") or {}, dict):
+            yield 'expected a JSON object, and "options" in it to be one; write it anew'
+            continue
+        nested = record.pop("options", None) or {}
+        _check_columns([*record, *nested], f"{place}: row {number}")
+        if misplaced := {*nested} & {*_PLACES}:
+            yield f'{misplaced.pop()}: is no option; put it beside "options"'
+            continue
+        yield record | nested
+
+
+def _parquet_records(stream: IO[bytes], place: str) -> Generator[_Record]:
+    try:
+        from pyarrow.parquet import ParquetFile
+    except ImportError:
+        raise OptionError(
+            f'{place}: Parquet needs pyarrow; pip install "relit[parquet]", or give CSV or JSON lines'
+        ) from None
+    try:
+        file = ParquetFile(stream)
+        _check_columns(file.schema_arrow.names, place)
+        if "target" not in file.schema_arrow.names:
+            raise OptionError(f"{place}: has no column 'target'")
+        for batch in file.iter_batches(batch_size=1024):
+            yield from batch.to_pylist()
+    except OptionError:
+        raise
+    except (OSError, ValueError) as error:  # pyarrow's own are of these
+        raise OptionError(f"{place}: expected Parquet ({error}); write it anew") from None
+
+
+_READERS: dict[str, Callable[[IO[bytes], str], Generator[_Record]]] = {
+    ".csv": _csv_records,
+    ".jsonl": _json_records,
+    ".ndjson": _json_records,
+    ".parquet": _parquet_records,
+    ".pq": _parquet_records,
+}
