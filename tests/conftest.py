@@ -8,12 +8,29 @@ import hypothesis
 import numpy as np
 import pytest
 
+if worker := os.environ.get("PYTEST_XDIST_WORKER"):
+    # Numba's cache can mix up two versions of a function that two processes save at the same moment.
+    os.environ["NUMBA_CACHE_DIR"] = str(Path(__file__).parents[1] / ".numba_cache" / worker)
+
 from relit.landmarks import Landmarks
 from tests.command import fail, place, plain, run, studio, succeed  # noqa: F401 (fixtures)
 
 # Machines are shared and noisy, so no deadline; and a change lands or not by what it does, not by a draw.
 hypothesis.settings.register_profile("relit", deadline=None, derandomize="CI" in os.environ)
 hypothesis.settings.load_profile("relit")
+
+
+def pytest_collection_modifyitems(config, items):
+    """Where processes share the files, start with those that have slow tests, so that all end together.
+
+    The browser's come last of these: what its server needs is compiled by then, and pages do not wait for it.
+    """
+    if hasattr(config, "workerinput"):
+        slow, browser = (
+            {item.path for item in items if item.get_closest_marker(name)} for name in ("slow", "e2e")
+        )
+        items.sort(key=lambda item: (item.path not in slow, item.path in browser))
+
 
 SHARED = Path(__file__).parents[2] / "shared"
 

@@ -76,6 +76,7 @@ def test_smoothing_rises_until_nothing_folds(face_points):
     assert default.smoothing > 1e-3
 
 
+@pytest.mark.slow
 def test_folds_in_a_small_face_on_a_large_photo_are_seen():
     grid = np.stack(np.meshgrid(np.arange(5), np.arange(5)), axis=-1).reshape(-1, 2) * 12.0 + 1500
     swapped = grid.copy()

@@ -152,6 +152,7 @@ class TestFullDisk:
                 picture.load()
         assert not [name for name in names(place) if name.endswith(".tmp")]
 
+    @pytest.mark.slow
     def test_what_is_compiled_has_no_place(self, place):
         """The cache of compiled functions is a convenience: without it, the transfer takes longer."""
         environment = {**os.environ, "NUMBA_CACHE_DIR": str(place / "cache")}
