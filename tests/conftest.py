@@ -21,10 +21,15 @@ hypothesis.settings.load_profile("relit")
 
 
 def pytest_collection_modifyitems(config, items):
-    """Where processes share the files, start with those that have slow tests, so that all end together."""
+    """Where processes share the files, start with those that have slow tests, so that all end together.
+
+    The browser's come last of these: what its server needs is compiled by then, and pages do not wait for it.
+    """
     if hasattr(config, "workerinput"):
-        slow = {item.path for item in items if item.get_closest_marker("slow")}
-        items.sort(key=lambda item: item.path not in slow)
+        slow, browser = (
+            {item.path for item in items if item.get_closest_marker(name)} for name in ("slow", "e2e")
+        )
+        items.sort(key=lambda item: (item.path not in slow, item.path in browser))
 
 
 SHARED = Path(__file__).parents[2] / "shared"
