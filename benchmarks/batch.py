@@ -44,7 +44,7 @@ def _costs(folder: Path, size: int, targets: int, references: int, method: str) 
     _photos(folder / "r", "reference.jpg", references, size)
     _manifest(folder, targets * references)
     given = ["batch", str(folder / "pairs.csv"), "--method", method, "--cache-size", "0"]
-    one = _marginal([*given, "--jobs", "1"], folder / "one", targets * references, cores=1)
+    one = _marginal([*given, "--jobs", "1"], folder / "one", targets * references, alone=True)
     two = _marginal([*given, "--jobs", "2"], folder / "two", targets * references)
     bare = _bare(folder, method)
     for path in sorted((folder / "one").glob("*.png")):
@@ -58,16 +58,16 @@ def _costs(folder: Path, size: int, targets: int, references: int, method: str) 
     )
 
 
-def _marginal(command: list[str], output: Path, rows: int, cores: int | None = None) -> float:
-    """Return the seconds a row takes, once the run is under way."""
-    walls = {}
-    for limit in (_SHORT, rows):
-        place = [] if cores is None else ["taskset", "-c", "0"]
+def _marginal(command: list[str], output: Path, rows: int, *, alone: bool = False) -> float:
+    """Return the seconds a row takes once the run is under way, on one core or on all."""
+    walls = []
+    for limit, place in ((_SHORT, f"{output}-short"), (rows, f"{output}")):
         start = time.perf_counter()
-        arguments = [*command, "-o", f"{output}", "--limit", str(limit)]
-        subprocess.run([*place, sys.executable, "-c", _RELIT, *arguments], check=True)
-        walls[limit] = time.perf_counter() - start
-    return (walls[rows] - walls[_SHORT]) / (rows - _SHORT)
+        arguments = [*command, "-o", place, "--limit", str(limit)]
+        core = ["taskset", "-c", "0"] if alone else []
+        subprocess.run([*core, sys.executable, "-c", _RELIT, *arguments], check=True)
+        walls.append(time.perf_counter() - start)
+    return (walls[1] - walls[0]) / (rows - _SHORT)
 
 
 def _bare(folder: Path, method: str) -> float:
@@ -89,8 +89,7 @@ def loop(folder: str, method: str) -> float:
         start = time.perf_counter()
         photo, light = relit.read_image(target), relit.read_image(reference)
         here, there = (read_landmarks(path.with_suffix(".json")) for path in (target, reference))
-        marks = {"target_landmarks": here, "reference_landmarks": there}
-        result = relit.transfer(photo, light, **marks, method=method)
+        result = relit.transfer(photo, light, target_landmarks=here, reference_landmarks=there, method=method)
         relit.write_image(Path(folder, "bare.png"), result.image, like=photo, overwrite=True)
         seconds.append(time.perf_counter() - start)
     return float(np.mean(seconds[_SHORT:]))
@@ -121,8 +120,8 @@ def _long_run(folder: Path, rows: int) -> None:
     tenth = max(len(peaks) // 10, 1)
     click.echo(
         f"{rows} rows of 96² in {wall:.0f} s ({wall / rows:.3f} s a row); the largest worker held "
-        f"{max(peaks[: 2 * tenth]):.0f} MB in the first fifth, {max(peaks[-2 * tenth :]):.0f} MB in the last, "
-        f"{max(peaks):.0f} MB at most; the command itself {_peak_of_self():.0f} MB"
+        f"{max(peaks[: 2 * tenth]):.0f} MB in the first fifth, {max(peaks[-2 * tenth :]):.0f} MB in the "
+        f"last, {max(peaks):.0f} MB at most; the command itself {_peak_of_self():.0f} MB"
     )
 
 

@@ -22,8 +22,8 @@ from pathlib import Path
 import click
 import httpx
 
-#: MB that the server may hold, of which all bodies together are 400.
-BOUND = 1500
+#: MB that the server may hold, of which photos on their way are 400 and sessions, once there are 64, as many.
+BOUND = 1200
 
 _SERVE = "from relit.cli import main; main(['serve', '--port', '0'])"
 _STRENGTHS = (0.25, 0.5, 1.0)

@@ -54,6 +54,14 @@ def test_a_photo_in_its_own_light_stays(method, pair):
         assert np.abs(difference).max() < 3e-3
 
 
+@pytest.mark.parametrize("lam", [1e-4, 1e-300])
+def test_light_without_details_is_the_mean_of_log_intensity(pair, lam):
+    target, reference = (image[..., 0] / 255 + 0.01 for image in pair)
+    result = METHODS["log-gaussian"](scene(target, reference, lam=lam))
+    gain = np.exp(np.log(reference).mean() - np.log(target).mean())
+    np.testing.assert_allclose(result.planes, target * gain, rtol=1e-4)
+
+
 @pytest.mark.parametrize("method", ["log-gaussian", "wls"])
 def test_exposure_comes_from_the_reference(method, pair):
     target, reference = pair[0][..., 0] / 255 + 0.01, pair[1][..., 0] / 510 + 0.01

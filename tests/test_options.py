@@ -31,6 +31,7 @@ def test_every_option_declares_its_flag_and_help():
         ("strength", None),
         ("shadows", 5),
         ("highlights", np.inf),
+        ("strength", 10**400),
         ("light", "sun"),
         ("light", 3),
         ("light", "10,100"),

@@ -66,9 +66,13 @@ def open_source(source: Place, most: int) -> BinaryIO:
 
 def _buffered(stream: BinaryIO, name: str, most: int) -> BinaryIO:
     """Take what a stream holds, which may be without end."""
-    buffer = io.BytesIO()
-    while buffer.tell() <= most and (part := stream.read(_PART)):
-        buffer.write(part)
+    if type(stream) is io.BytesIO and stream.tell() == 0:
+        buffer = stream  # its bytes are shared, not copied
+        buffer.seek(0, io.SEEK_END)
+    else:
+        buffer = io.BytesIO()
+        while buffer.tell() <= most and (part := stream.read(_PART)):
+            buffer.write(part)
     if buffer.tell() > most:
         raise ImageError(f"{name}: is larger than {most >> 20} MB; raise max_pixels if you trust the file")
     return io.BytesIO(buffer.getvalue())

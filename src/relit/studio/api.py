@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import io
-import tempfile
-import threading
 from dataclasses import fields
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import fastapi
 from fastapi import APIRouter, Query, Request, Response
@@ -15,17 +12,12 @@ from fastapi.concurrency import run_in_threadpool
 
 from relit._version import VERSION
 from relit.detect import detect_landmarks
-from relit.errors import LandmarkError
-from relit.image import read_image
 from relit.landmark_files import FORMATS as LANDMARK_FORMATS
-from relit.landmark_files import read_landmarks, write_landmarks
-from relit.landmarks import Landmarks, check_inside
 from relit.options import TransferOptions
-from relit.pixels import check_pixels
+from relit.results import TransferResult
 from relit.samples import sample
 from relit.settings_file import as_points
 from relit.studio.exports import exported
-from relit.studio.failures import described
 from relit.studio.models import (
     Begun,
     ExportRequest,
@@ -42,26 +34,12 @@ from relit.studio.models import (
     Suffix,
 )
 from relit.studio.pictures import jpeg, preview_of, rendered, views_of
-from relit.studio.sessions import EXPIRES, ROLES, Session, Sessions, StudioError, seated
+from relit.studio.schema import FILE, VIEW_HEADERS, described, links, sent
+from relit.studio.sessions import EXPIRES, ROLES, Sessions, StudioError
+from relit.studio.work import file_of, place, place_from, take, worked
 
 Token = Annotated[str, fastapi.Path(pattern="^[A-Za-z0-9_-]{1,100}$")]
 Side = Annotated[int, Query(ge=64, le=4096)]
-
-#: Computations at once, over all sessions: more would only be slower.
-_AT_ONCE = threading.BoundedSemaphore(2)
-
-_FILE: dict[str, Any] = {
-    "requestBody": {
-        "required": True,
-        "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
-    }
-}
-_VIEW_HEADERS = {
-    "X-Relit-Window": "Left, top, width and height of the view, as shares of the target's.",
-    "X-Relit-Views": "Names of the views that this method has.",
-    "X-Relit-Lambda-Px": "1/lambda, in px of the target: what is smaller stays the person's.",
-    "X-Relit-Seconds": "How long it took.",
-}
 
 
 def routes(sessions: Sessions, most_pixels: int, most_bytes: int) -> APIRouter:
@@ -81,7 +59,7 @@ def routes(sessions: Sessions, most_pixels: int, most_bytes: int) -> APIRouter:
     @api.post(
         "/sessions",
         status_code=201,
-        responses=_links(201, "$response.body#/session", "about", "samples", "put_photo", "end"),
+        responses=links(201, "$response.body#/session", "about", "samples", "put_photo", "end"),
     )
     def begin() -> Begun:
         """Begin a session."""
@@ -95,26 +73,25 @@ def routes(sessions: Sessions, most_pixels: int, most_bytes: int) -> APIRouter:
 
     @api.post(
         "/sessions/{session}/samples",
-        responses=_links(200, "$request.path.session", "render", "export", "swap") | described(404, 422),
+        responses=links(200, "$request.path.session", "render", "export", "swap") | described(404, 422),
     )
     def samples(session: Token) -> Pair:
         """Load the two sample photos."""
         one = sessions.get(session)
         target, reference = (
-            _take(sessions, one, role, io.BytesIO(sample(role).read_bytes()), most_pixels) for role in ROLES
+            take(sessions, one, role, io.BytesIO(sample(role).read_bytes()), most_pixels) for role in ROLES
         )
         return Pair(target=target, reference=reference)
 
-    @api.put(
-        "/sessions/{session}/photos/{role}", openapi_extra=_FILE, responses=described(400, 404, 409, 422)
-    )
+    @api.put("/sessions/{session}/photos/{role}", openapi_extra=FILE, responses=described(400, 404, 422))
     async def put_photo(session: Token, role: Role, request: Request) -> PhotoFacts:
         """Take a photo, as the body, and find its face."""
         one = sessions.get(session)
-        data = io.BytesIO()  # without request.body(), which holds all of it twice for a while
-        async for part in request.stream():
-            data.write(part)
-        return await run_in_threadpool(_take, sessions, one, role, data, most_pixels)
+        # Not request.body(), which holds it twice for a while; and freed even where a traceback lives on.
+        with io.BytesIO() as data:
+            async for part in request.stream():
+                data.write(part)
+            return await run_in_threadpool(take, sessions, one, role, data, most_pixels)
 
     @api.get("/sessions/{session}", responses=described(404, 422))
     def about(session: Token) -> Seats:
@@ -126,13 +103,13 @@ def routes(sessions: Sessions, most_pixels: int, most_bytes: int) -> APIRouter:
     @api.get(
         "/sessions/{session}/photos/{role}",
         response_class=Response,
-        responses=_sent("image/jpeg", "The photo.") | described(404, 422),
+        responses=sent("image/jpeg", "The photo.") | described(404, 422),
     )
     def get_photo(session: Token, role: Role, side: Side = 1280) -> Response:
         """Return a photo as a JPEG in sRGB."""
         one = sessions.get(session)
-        with one.work, _AT_ONCE:
-            picture = preview_of(one.sitter(role), side)
+        with one.work:
+            picture = worked(preview_of, one.sitter(role), side)
         sessions.make_room(one)
         return Response(jpeg(picture.pixels), media_type="image/jpeg")
 
@@ -144,21 +121,20 @@ def routes(sessions: Sessions, most_pixels: int, most_bytes: int) -> APIRouter:
     @api.put("/sessions/{session}/landmarks/{role}", responses=described(400, 404, 422))
     def put_landmarks(session: Token, role: Role, points: Points) -> Marks | None:
         """Place the landmarks of a photo."""
-        return _place(sessions.get(session), role, as_points(points.model_dump(), f"{role}_landmarks"))
+        return place(sessions.get(session), role, as_points(points.model_dump(), f"{role}_landmarks"))
 
     @api.post("/sessions/{session}/landmarks/{role}/detect", responses=described(404, 409, 422))
     def detect(session: Token, role: Role) -> Marks | None:
         """Find the landmarks of a photo anew."""
         sitter = sessions.get(session).sitter(role)
-        with _AT_ONCE:
-            sitter.landmarks = detect_landmarks(sitter.photo.pixels, name=role)
+        sitter.landmarks = worked(detect_landmarks, sitter.photo.pixels, name=role)
         sitter.detected = True
         return Marks.of(sitter)
 
     @api.get(
         "/sessions/{session}/landmarks/{role}/file",
         response_class=Response,
-        responses=_sent("application/octet-stream", "The file.", "Content-Disposition")
+        responses=sent("application/octet-stream", "The file.", "Content-Disposition")
         | described(404, 409, 422),
     )
     def get_file(session: Token, role: Role, format: Suffix) -> Response:  # noqa: A002
@@ -166,14 +142,11 @@ def routes(sessions: Sessions, most_pixels: int, most_bytes: int) -> APIRouter:
         one = sessions.get(session)
         one.sitter(role)
         _, landmarks = one.ready(role)
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder, f"{role}{format}")
-            write_landmarks(path, landmarks)
-            return _attached(path.read_bytes(), path.name, "application/octet-stream")
+        return _attached(file_of(landmarks, format), f"{role}{format}", "application/octet-stream")
 
     @api.put(
         "/sessions/{session}/landmarks/{role}/file",
-        openapi_extra=_FILE,
+        openapi_extra=FILE,
         responses=described(400, 404, 409, 422),
     )
     async def put_file(session: Token, role: Role, format: Suffix, request: Request) -> Marks | None:  # noqa: A002
@@ -181,7 +154,7 @@ def routes(sessions: Sessions, most_pixels: int, most_bytes: int) -> APIRouter:
         one = sessions.get(session)
         one.sitter(role)
         data = await request.body()
-        return await run_in_threadpool(_place, one, role, None, data, format)
+        return await run_in_threadpool(place_from, one, role, data, format)
 
     @api.post("/sessions/{session}/swap", responses=described(404, 409, 422))
     def swap(session: Token) -> Pair:
@@ -195,7 +168,7 @@ def routes(sessions: Sessions, most_pixels: int, most_bytes: int) -> APIRouter:
     @api.post(
         "/sessions/{session}/render",
         response_class=Response,
-        responses=_sent("image/jpeg", "The view.", *_VIEW_HEADERS) | described(400, 404, 409, 422),
+        responses=sent("image/jpeg", "The view.", *VIEW_HEADERS) | described(400, 404, 409, 422),
     )
     def render(session: Token, wanted: RenderRequest) -> Response:
         """Return a preview as a JPEG; a request that a newer one has overtaken is stale."""
@@ -207,9 +180,13 @@ def routes(sessions: Sessions, most_pixels: int, most_bytes: int) -> APIRouter:
             if wanted.sequence < one.newest:
                 raise StudioError(409, "stale", "A newer preview was asked for.")
 
-        with one.work, _AT_ONCE, one.memo.open(go_on):
+        def newest() -> tuple[TransferResult, int]:
             go_on()
-            result, factor = rendered(one, settings, wanted.side, quick=wanted.quick)
+            with one.memo.open(go_on):
+                return rendered(one, settings, wanted.side, quick=wanted.quick)
+
+        with one.work:
+            result, factor = worked(newest)
         sessions.make_room(one)
         views = views_of(result)
         if wanted.view not in views:
@@ -231,69 +208,18 @@ def routes(sessions: Sessions, most_pixels: int, most_bytes: int) -> APIRouter:
     @api.post(
         "/sessions/{session}/export",
         response_class=Response,
-        responses=_sent("application/zip", "The files.", "Content-Disposition")
+        responses=sent("application/zip", "The files.", "Content-Disposition")
         | described(400, 404, 409, 422),
     )
     def export(session: Token, wanted: ExportRequest) -> Response:
         """Return the relit photo at full resolution, its landmarks and settings, in a ZIP file."""
         one = sessions.get(session)
         settings = TransferOptions().changed(**wanted.options)
-        with one.work, _AT_ONCE:
-            data = exported(one, settings, wanted.format)
+        with one.work:
+            data = worked(exported, one, settings, wanted.format)
         return _attached(data, "relit.zip", "application/zip")
 
     return api
-
-
-def _take(sessions: Sessions, session: Session, role: str, data: io.BytesIO, most_pixels: int) -> PhotoFacts:
-    data.seek(0)
-    with _AT_ONCE:
-        photo = read_image(data, max_pixels=most_pixels)
-        check_pixels(photo.pixels, role)
-        sitter = seated(photo, role)
-    sessions.keep(session, role, sitter)
-    return PhotoFacts.of(sitter)
-
-
-def _place(
-    session: Session, role: str, landmarks: Landmarks | None, data: bytes = b"", suffix: str = ""
-) -> Marks | None:
-    sitter = session.sitter(role)
-    if landmarks is None:
-        with tempfile.TemporaryDirectory() as folder:
-            # The name is ours: what a client calls a file never reaches the disk.
-            path = Path(folder, f"{role}{suffix}")
-            path.write_bytes(data)
-            try:
-                landmarks = read_landmarks(path)
-            except LandmarkError as error:
-                raise LandmarkError(str(error).replace(str(path), "the file")) from None
-    check_inside(landmarks, sitter.photo.pixels.shape, f"{role}_landmarks")
-    # At work or not: a hand that drags a point does not wait for the preview that it makes stale.
-    sitter.landmarks, sitter.detected = landmarks, False
-    return Marks.of(sitter)
-
-
-def _links(status: int, token: str, *names: str) -> dict[int | str, dict[str, Any]]:
-    """Return, as a route's ``responses`` take them, what may be asked for next, and where the token is."""
-    return {
-        status: {"links": {name: {"operationId": name, "parameters": {"session": token}} for name in names}}
-    }
-
-
-def _sent(media_type: str, what: str, *headers: str) -> dict[int | str, dict[str, Any]]:
-    """Return an answer that is no JSON, as a route's ``responses`` take it."""
-    told = {"Content-Disposition": "A name for the file.", **_VIEW_HEADERS}
-    return {
-        200: {
-            "description": what,
-            "content": {media_type: {"schema": {"type": "string", "format": "binary"}}},
-            "headers": {
-                name: {"description": told[name], "required": True, "schema": {"type": "string"}}
-                for name in headers
-            },
-        }
-    }
 
 
 def _attached(data: bytes, name: str, media_type: str) -> Response:

@@ -18,17 +18,6 @@ if TYPE_CHECKING:
 
     from fastapi import APIRouter
 
-_MEANINGS = {
-    400: "The photo, the landmarks or an option cannot be used; or the body is no JSON.",
-    403: "The server does not go by the name in Host, or another site's page asks.",
-    404: "There is no such session (`not_found`), or it has no such photo yet (`no_photo`).",
-    408: "The body stopped coming.",
-    409: "A photo (`no_photo`) or its landmarks (`no_face`) are missing, or a newer preview was asked for "
-    "(`stale`).",
-    413: "The body is longer than bodies of its kind may be.",
-    422: "The request is not of the form that this schema describes.",
-    429: "Others are sending as much as fits into memory: ask again after the seconds in Retry-After.",
-}
 _KINDS = (
     (FaceNotFoundError, 409, "no_face"),
     (ImageError, 400, "bad_photo"),
@@ -38,19 +27,6 @@ _KINDS = (
 _CODES = {404: "not_found", 405: "method_not_allowed"}
 _UNREAD = "The body cannot be read as JSON; check its syntax, its depth and the length of its numbers."
 _LONGEST = 1000  # letters of a message: it may quote what came
-
-
-def described(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """Return failures as a route's ``responses`` take them."""
-    retry = {"Retry-After": {"description": "Seconds.", "required": True, "schema": {"type": "integer"}}}
-    return {
-        status: {
-            "model": Failure,
-            "description": _MEANINGS[status],
-            **({"headers": retry} if status == 429 else {}),
-        }
-        for status in statuses
-    }
 
 
 def refusal(status: int, code: str, message: str, headers: Mapping[str, str] | None = None) -> JSONResponse:

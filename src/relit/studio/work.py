@@ -1,0 +1,73 @@
+"""What requests have done: photos and landmarks taken in, and what takes time, two at once for all."""
+
+from __future__ import annotations
+
+import io
+import tempfile
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import ParamSpec, TypeVar
+
+from relit.errors import LandmarkError
+from relit.image import read_image
+from relit.landmark_files import read_landmarks, write_landmarks
+from relit.landmarks import Landmarks, check_inside
+from relit.pixels import check_pixels
+from relit.studio.models import Marks, PhotoFacts
+from relit.studio.sessions import Session, Sessions, Sitter, seated
+
+#: Computations, two at once over all sessions: more would only be slower, and the models that find faces are
+#: in memory once for each thread.
+_WORKERS = ThreadPoolExecutor(2, "relit")
+_P = ParamSpec("_P")
+_T = TypeVar("_T")
+
+
+def worked(function: Callable[_P, _T], *args: _P.args, **kwargs: _P.kwargs) -> _T:
+    """Call a function where computations are made, when its turn comes."""
+    return _WORKERS.submit(function, *args, **kwargs).result()
+
+
+def take(sessions: Sessions, session: Session, role: str, data: io.BytesIO, most_pixels: int) -> PhotoFacts:
+    """Take in a photo and find its face."""
+
+    def arrived() -> Sitter:
+        data.seek(0)
+        photo = read_image(data, max_pixels=most_pixels)
+        check_pixels(photo.pixels, role)
+        return seated(photo, role)
+
+    sitter = worked(arrived)
+    sessions.keep(session, role, sitter)
+    return PhotoFacts.of(sitter)
+
+
+def place(session: Session, role: str, landmarks: Landmarks) -> Marks | None:
+    """Place landmarks on a photo."""
+    sitter = session.sitter(role)
+    check_inside(landmarks, sitter.photo.pixels.shape, f"{role}_landmarks")
+    # At work or not: a hand that drags a point does not wait for the preview that it makes stale.
+    sitter.landmarks, sitter.detected = landmarks, False
+    return Marks.of(sitter)
+
+
+def place_from(session: Session, role: str, data: bytes, suffix: str) -> Marks | None:
+    """Place the landmarks that are in a file."""
+    with tempfile.TemporaryDirectory() as folder:
+        # The name is ours: what a client calls a file never reaches the disk.
+        path = Path(folder, f"{role}{suffix}")
+        path.write_bytes(data)
+        try:
+            landmarks = read_landmarks(path)
+        except LandmarkError as error:
+            raise LandmarkError(str(error).replace(str(path), "the file")) from None
+    return place(session, role, landmarks)
+
+
+def file_of(landmarks: Landmarks, suffix: str) -> bytes:
+    """Return landmarks as a file."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, f"landmarks{suffix}")
+        write_landmarks(path, landmarks)
+        return path.read_bytes()
