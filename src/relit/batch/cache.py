@@ -1,7 +1,7 @@
 """Results of expensive steps on disk, for all processes of a machine and for the next run.
 
-An entry is a file of arrays (npz, never pickles, so that reading one runs nothing) behind its checksum: what
-is torn or damaged is computed again. Its name is the hash of what the step was given and of the code that
+An entry is a file of arrays (npz, never pickles, so that reading one runs nothing) with a checksum: what is
+torn or damaged is computed again. Its name is the hash of what the step was given and of the code that
 would compute it. Two locks, which the system frees when their process dies, keep the processes apart: under
 the first, one of them computes what all of them want; under the second, entries come and go, and a ledger
 says how large they are together.
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
     Arrays = Mapping[str, NDArray[Any]]
 
+_OTHERS = 32_000_000  # bytes in memory: what all pairs of one target share, and a pair more
 _PATIENCE = 120.0  # s to wait for another process, then everybody helps himself
 _DIGEST = 16  # bytes of a checksum
 _LEDGER = 20  # digits; a torn ledger is shorter
@@ -118,7 +119,7 @@ class DiskCache(Keeper):
             raise OptionError(f"most_bytes: expected an integer of 0 or more, got {most_bytes!r}")
         # Entries are deleted by age, so that they live apart from what else may be in the folder.
         self._folder, self._most_bytes = Path(folder, "relit-cache"), most_bytes
-        self._others, self._warned = Memo(), False
+        self._others, self._warned = Memo(_OTHERS), False
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
         except (FileExistsError, NotADirectoryError) as error:
@@ -160,16 +161,16 @@ class DiskCache(Keeper):
     def _keep(self, path: Path, arrays: Arrays) -> None:
         stream = BytesIO()
         np.savez(stream, allow_pickle=False, **arrays)
+        stream.write(_digest(stream.getvalue()))
         content = stream.getvalue()
-        size = _DIGEST + len(content)
-        if size > self._most_bytes:
+        if len(content) > self._most_bytes:
             return
         with self._alone("ledger") as alone:
             if not alone:
                 return
             try:
-                self._make_room(size)
-                save_atomically(path, _digest(content) + content, overwrite=True)
+                self._make_room(len(content))
+                save_atomically(path, content, overwrite=True)
                 _touch(path)
             except OSError as error:
                 self._go_on_without(error)
@@ -220,7 +221,7 @@ def _read(path: Path) -> dict[str, NDArray[Any]] | None:
         whole = memoryview(path.read_bytes())
     except OSError:
         return None
-    digest, content = whole[:_DIGEST], whole[_DIGEST:]
+    content, digest = whole[:-_DIGEST], whole[-_DIGEST:]
     if digest != _digest(content):
         return None
     with suppress(OSError):  # of a folder that can only be read
