@@ -55,7 +55,11 @@ def on_loky(workers: int, address: None) -> Iterator[Lent]:
         try:
             yield lent
         finally:
-            executor.shutdown(kill_workers=bool(lent.pending))
+            if lent.pending:
+                # loky's own kill_workers stumbles over what waits in its queue (joblib 1.6).
+                for process in list(executor._processes.values()):
+                    process.terminate()
+            executor.shutdown()
 
 
 def _processes(workers: int) -> Any:
