@@ -15,7 +15,7 @@ import threading
 import time
 import zipfile
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from importlib.resources import files
 from pathlib import Path
 
@@ -130,11 +130,18 @@ def hostile(address: str, until: float, tally: Tally, seed: int) -> None:
                 headers = {"content-type": "application/json"}
                 answer = client.post(f"{session}/render", content=body, headers=headers)
                 tally.expect(kind, answer, status)
-            flood = (bytes(1 << 20) for _ in range(250))
             try:
-                tally.expect("flood", client.put(f"{session}/photos/target", content=flood), 413, 429)
+                tally.expect("flood", client.put(f"{session}/photos/target", content=_flood()), 413, 429)
             except httpx.TransportError:  # the server may hang up on who goes on sending
                 tally.count("flood cut off")
+
+
+def _flood() -> Iterator[bytes]:
+    """Send as much as may be, hold it there, and then send more."""
+    for number in range(250):
+        if number == 190:
+            time.sleep(3)
+        yield bytes(1 << 20)
 
 
 def load(clients: int, seconds: float) -> tuple[Tally, float]:
