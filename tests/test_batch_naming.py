@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from relit.batch.clashes import check_names, is_below
 from relit.batch.jobs import Job, Outcome, Row
-from relit.batch.naming import Naming, check_names, is_below
+from relit.batch.naming import Naming
 from relit.batch.pairing import Pairs
 from relit.errors import OptionError
 from relit.options import TransferOptions

@@ -12,8 +12,8 @@ from relit.batch import run as module
 from relit.batch.jobs import File, Outcome, Plan, Row
 from relit.batch.journal import Journal
 from relit.batch.run import Batch, run
-from relit.batch.work import stamp_of
-from relit.errors import OptionError, WorkerLostError
+from relit.batch.work import recipe, stamp_of
+from relit.errors import ClusterLostError, OptionError, WorkerLostError
 from relit.options import TransferOptions
 
 
@@ -57,7 +57,7 @@ def done(monkeypatch, tmp_path):
         place = tmp_path / "out" / job.output
         place.parent.mkdir(exist_ok=True)
         place.write_text(data)
-        made = module.recipe(job, plan.kind, [data])
+        made = recipe(job, plan.kind, [data])
         files = [File(data, stamp_of(job.target))], [File(data, stamp_of(str(place)))]
         return Outcome(job.number, job.output, "ok", made=made, inputs=files[0], files=files[1])
 
@@ -192,6 +192,22 @@ class TestLostWorkers:
         assert {number for number, outcome in ended.items() if outcome.status == "failed"} == doomed
         assert "the worker died (out of memory, or a crash)" in ended[3].reason
         assert numbers(done) == [1, 2, 4, 5, 7]
+
+    def test_without_a_cluster_the_run_ends_and_what_was_done_stays(self, go, done):
+        class Gone(Engine):
+            def submit(self, function, job, *others):
+                future = super().submit(function, job, *others)
+                if job.number == 5:
+                    future = Future()
+                    future.set_exception(ClusterLostError("the cluster is gone"))
+                return future
+
+        with pytest.raises(ClusterLostError, match="the cluster is gone"):
+            go(Gone())
+        done.clear()
+        counts, _ = go()
+        assert counts.kept == 5  # row 6 was done when 5 was lost
+        assert (counts.done, counts.failed) == (7, 0)
 
 
 class _Fragile:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading
 from contextlib import contextmanager
 from dataclasses import asdict, fields
@@ -153,6 +154,8 @@ def batch(
             click.echo("relit: the same command goes on from here", err=True)
             raise
     report(as_json, output=output, results=where.results, journal=str(where.journal), **asdict(counts))
+    if sys.stderr.isatty() and not as_json:
+        click.echo(f"{counts.ok} rows done, {counts.kept} done before, {counts.failed} failed", err=True)
     if counts.failed:
         click.echo(
             f"relit: {counts.failed} of {counts.total} rows failed; {printable(where.results)} says why",
@@ -213,7 +216,7 @@ def _rows(
 
 def _photos(flag: str, pattern: str, output: str) -> list[str]:
     """Return the photos that a pattern stands for, but not those that are results."""
-    from relit.batch.naming import is_below
+    from relit.batch.clashes import is_below
     from relit.batch.places import expand
 
     found = [place for place in expand(pattern) if not is_below(place, output)]

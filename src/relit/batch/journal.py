@@ -16,8 +16,8 @@ from typing import IO, TYPE_CHECKING, Any
 import numpy as np
 from filelock import FileLock, Timeout
 
+from relit.batch.digests import short_digest
 from relit.batch.jobs import File, Outcome
-from relit.batch.naming import short_digest
 from relit.errors import OutputError
 
 if TYPE_CHECKING:

@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from relit._version import VERSION
-from relit.batch import places
+from relit.batch.clashes import check_names
 from relit.batch.jobs import KINDS, Job, Outcome
-from relit.batch.naming import Naming, check_names
-from relit.batch.work import do, recipe, stamp_of
-from relit.errors import OptionError, WorkerLostError
+from relit.batch.naming import Naming
+from relit.batch.work import do, is_settled
+from relit.errors import ClusterLostError, OptionError, WorkerLostError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -144,27 +144,6 @@ class Batch:
                 yield job, recorded
 
 
-def is_settled(job: Job, plan: Plan, recorded: Outcome) -> bool:
-    """Return whether a row is done: of the same photos and settings, and its files still there.
-
-    Files count as the same where neither their size nor the time of their last change differs; where one
-    does, `work.do` looks at what they hold.
-    """
-    if recorded.status != "ok":
-        return False
-    known = [(place, file.stamp) for place, file in zip(job.inputs, recorded.inputs, strict=False)]
-    files = job.files(plan.kind)
-    known += [
-        (places.join(plan.folder, name), file.stamp)
-        for name, file in zip(files, recorded.files, strict=False)
-    ]
-    return (
-        len(known) == len(job.inputs) + len(files)
-        and recipe(job, plan.kind, [file.digest for file in recorded.inputs]) == recorded.made
-        and all(stamp is not None and stamp_of(place) == stamp for place, stamp in known)
-    )
-
-
 def run(
     batch: Batch,
     journal: Journal,
@@ -193,6 +172,8 @@ def run(
     ------
     OptionError
         If the journal was begun in another way.
+    ClusterLostError
+        If all workers are gone for good; the same run goes on once they are there again.
     """
     batch.check_journal(journal)
     sweep = _Sweep(batch.plan.folder) if journal.header else None
@@ -205,6 +186,7 @@ def run(
     lost: deque[Item] = deque()
     ended: list[Outcome] = []
     alone = False
+    gone: ClusterLostError | None = None
 
     def submit(job: Job, recorded: Outcome | None) -> None:
         if sweep:
@@ -231,6 +213,8 @@ def run(
             item = under_way.pop(future)
             try:
                 ended.append(future.result())
+            except ClusterLostError as error:
+                gone = error
             except WorkerLostError:
                 if alone:
                     ended.append(_died(*item))
@@ -242,6 +226,8 @@ def run(
             counts.failed += failed
             counts.ok += len(ended) - failed
             ended.clear()
+        if gone:
+            raise gone
         tell(counts)
 
 

@@ -78,6 +78,27 @@ def do(job: Job, plan: Plan, recorded: Outcome | None = None) -> Outcome:
     return Outcome(job.number, job.output, "ok", "", made, inputs, files, seconds, confidence, done.metrics)
 
 
+def is_settled(job: Job, plan: Plan, recorded: Outcome) -> bool:
+    """Return whether a row is done: of the same photos and settings, and its files still there.
+
+    Files count as the same where neither their size nor the time of their last change differs; where one
+    does, `do` looks at what they hold.
+    """
+    if recorded.status != "ok":
+        return False
+    known = [(place, file.stamp) for place, file in zip(job.inputs, recorded.inputs, strict=False)]
+    files = job.files(plan.kind)
+    known += [
+        (places.join(plan.folder, name), file.stamp)
+        for name, file in zip(files, recorded.files, strict=False)
+    ]
+    return (
+        len(known) == len(job.inputs) + len(files)
+        and recipe(job, plan.kind, [file.digest for file in recorded.inputs]) == recorded.made
+        and all(stamp is not None and stamp_of(place) == stamp for place, stamp in known)
+    )
+
+
 def recipe(job: Job, kind: str, digests: Sequence[str]) -> str:
     """Return a digest of all that decides what a row writes.
 
