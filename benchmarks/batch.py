@@ -24,7 +24,7 @@ from relit.landmark_files import read_landmarks, write_landmarks
 
 _RELIT = "from relit.cli import main; main()"
 _SHORT = 4  # rows
-_SIZES = {256: (12, 12), 512: (8, 8), 1024: (5, 5)}  # px → targets and references
+_SIZES = {256: (10, 10), 512: (8, 8), 1024: (6, 6)}  # px → targets and references
 
 
 @click.command(help=__doc__)
