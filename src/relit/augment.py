@@ -22,6 +22,7 @@ from relit.landmarks import as_landmarks, check_inside
 from relit.random_settings import RandomSettings, is_number
 from relit.reference_pool import ReferencePool
 from relit.relighting import transfer
+from relit.threads import available, limit
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -207,14 +208,15 @@ class RelightAugment:
         reference = marks = None
         if self._pool and draw.reference is not None:
             reference, marks = self._pool.seen(draw.reference, photo, draw.options, self.detail)
-        result = transfer(
-            photo,
-            reference,
-            target_landmarks=face,
-            reference_landmarks=marks,
-            detail=self.detail,
-            options=draw.options,
-        )
+        with limit(_share()):
+            result = transfer(
+                photo,
+                reference,
+                target_landmarks=face,
+                reference_landmarks=marks,
+                detail=self.detail,
+                options=draw.options,
+            )
         return put(sample, place, back(result.image))
 
     def __repr__(self) -> str:
@@ -296,11 +298,22 @@ class RelightAugment:
 
     def _worker(self) -> tuple[int, ...]:
         """Return what `_draw` is to know of this process."""
-        data = sys.modules.get("torch.utils.data")
-        info = data.get_worker_info() if data else None
+        info = _loader()
         if info is None:
             return ()
         return (info.id + 1,) if self.seed is not None else (info.id + 1, info.seed)
+
+
+def _loader() -> Any:
+    """Return what torch says of the worker of a ``DataLoader`` that this process is; None if it is none."""
+    data = sys.modules.get("torch.utils.data")
+    return data.get_worker_info() if data else None
+
+
+def _share() -> int:
+    """Return how many threads this process may take: workers share the cores."""
+    info = _loader()
+    return available() if info is None else max(1, available() // info.num_workers)
 
 
 def _count(name: str, value: Any) -> int:
