@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
-from relit._photo.codecs import FORMATS, decode, identify
+from relit._photo.codecs import FORMATS, SUFFIXES, decode, identify
 from relit._photo.jpeg import JpegSettings
 from relit._photo.metadata import Metadata, put_upright
 from relit._photo.places import name_of, open_source, place_of, put
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "DEFAULT_MAX_PIXELS",
+    "PHOTO_SUFFIXES",
     "JpegSettings",
     "Metadata",
     "Photo",
@@ -40,6 +41,8 @@ __all__ = [
 
 #: More than any camera takes in one shot; as decoded RGB, 600 MB at 8 bits.
 DEFAULT_MAX_PIXELS = 200_000_000
+#: What names of the photos end with that `read_image` reads, in lower case; itself, it goes by content.
+PHOTO_SUFFIXES = SUFFIXES
 #: What a pixel may take on average before `max_pixels` counts it as more than one: 16 bits of RGB, from the
 #: largest camera there is, 150 million px, are 900 MB. Decoding takes twice as much, and never above 2 GB.
 _BYTES_A_PIXEL = 4.5

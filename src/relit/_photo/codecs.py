@@ -43,10 +43,13 @@ class Readable:
         Reads a `Raster` from a seekable binary file.
     signature : bytes
         Pattern of what its files start with.
+    extensions : tuple of str
+        What names of its files end with, the usual one first.
     """
 
     decode: Callable[[BinaryIO, CheckSize], Raster]
     signature: bytes
+    extensions: tuple[str, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,8 +60,6 @@ class Format(Readable):
     ----------
     encode : callable
         Turns a `Raster` into bytes.
-    extensions : tuple of str
-        What names of its files end with, the usual one first.
     deepest : dtype
         The largest depth it is written at: uint8, uint16 or float32.
     alpha, colour : bool
@@ -72,7 +73,6 @@ class Format(Readable):
     """
 
     encode: Callable[[Raster], bytes]
-    extensions: tuple[str, ...]
     deepest: Any
     alpha: bool = True
     colour: bool = True
@@ -158,8 +158,13 @@ READ_ONLY: dict[str, Readable] = {
     "RAW": Readable(
         decode=decode_raw,
         signature=rb"II\*\0....CR\x02|II\x1a\0\0\0HEAPCCDR|....ftypcrx |IIU\0|IIR[OS]|MMOR|FUJIFILMCCD-RAW",
+        extensions=(".dng", ".cr2", ".cr3", ".nef", ".arw", ".raf", ".orf", ".rw2", ".pef", ".srw"),
     ),
-    "HEIC": Readable(decode=decode_heif, signature=rb"....ftyp(hei[cxms]|mif1(?!.*avi[fs]))"),
+    "HEIC": Readable(
+        decode=decode_heif,
+        signature=rb"....ftyp(hei[cxms]|mif1(?!.*avi[fs]))",
+        extensions=(".heic", ".heif", ".hif"),
+    ),
 }
 
 _OTHERS = {
@@ -174,6 +179,12 @@ _OTHERS = {
     "a text": rb"[^\0-\x08\x0e-\x1f]*$",
     "an unknown": rb"",
 }
+
+
+#: What names of photos end with, in lower case.
+SUFFIXES = frozenset(
+    extension for known in (*FORMATS.values(), *READ_ONLY.values()) for extension in known.extensions
+)
 
 
 def _readable() -> dict[str, Readable]:
