@@ -9,29 +9,25 @@ from pathlib import Path
 
 import schemathesis
 
-PHOTO = Path(os.environ["RELIT_PHOTO"]).read_bytes()
 LANDMARKS = b"version: 1\nn_points: 3\n{\n40 50\n80 50\n60 90\n}\n"
-
-
-PLACE = os.environ["RELIT_SESSION"]
 
 
 @schemathesis.hook
 def map_case(context, case):
     name = context.operation.definition.raw["operationId"]
-    places, how = case.path_parameters, case.meta
+    places, how, place = case.path_parameters, case.meta, os.environ["RELIT_SESSION"]
     token = places.get("session", "")
     if name == "end":
-        places["session"] = "gone" if token == PLACE else token
+        places["session"] = "gone" if token == place else token
     elif how.phase.name != "stateful" and re.fullmatch(r"[A-Za-z0-9_-]+", token) and len(token) % 4:
         # The samples are larger: what takes long is tried on small photos.
-        places["session"] = os.environ["RELIT_OTHER"] if name in ("samples", "put_photo") else PLACE
+        places["session"] = os.environ["RELIT_OTHER"] if name in ("samples", "put_photo") else place
         # Most of what would be computed is only checked: there is nothing to compute it of.
         if how.phase.name == "coverage" and name in ("render", "export") and len(str(case.body)) % 6:
             places["session"] = os.environ["RELIT_EMPTY"]
     if how.generation.mode == schemathesis.GenerationMode.POSITIVE:
         if name == "put_photo":
-            case.body = PHOTO
+            case.body = Path(os.environ["RELIT_PHOTO"]).read_bytes()
         elif name == "put_file" and case.query["format"] == ".pts":
             case.body = LANDMARKS
         elif name == "render" and "sequence" in case.body:

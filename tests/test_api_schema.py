@@ -57,7 +57,15 @@ def test_every_answer_is_one_that_the_schema_describes(tmp_path):
         app.seen.clear()
         command = [sys.executable, "-m", "schemathesis.cli", "--config-file", HERE / "schemathesis.toml"]
         done = subprocess.run(
-            [*command, "run", f"{client.base_url}{API[1:]}/openapi.json", "--seed", "1"],
+            [
+                *command,
+                "run",
+                f"{client.base_url}{API[1:]}/openapi.json",
+                "--seed",
+                "1",
+                "--request-timeout",
+                "60",
+            ],
             env=os.environ
             | {
                 "SCHEMATHESIS_HOOKS": str(HERE / "schema_hooks.py"),

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -298,7 +299,8 @@ class TestProcesses:
             if dice.random() < 0.7:  # else somewhere on the way to the first row
                 wait_for(lambda: len(results("out")) > before, child)  # noqa: B023
             time.sleep(dice.random() * (0.2 if kills % 2 else 2))
-            os.killpg(child.pid, signal.SIGKILL)
+            with suppress(ProcessLookupError):  # it may have come to its end by itself
+                os.killpg(child.pid, signal.SIGKILL)
             child.communicate(timeout=30)
             kills += 1
             whole_files = {name for name in results("out") if not name.endswith(".tmp")}

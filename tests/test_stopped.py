@@ -72,7 +72,7 @@ def start(code, command, place, **options):
 MOMENTS = {
     "reading": ("relit.terminal", "read_image"),
     "finding the face": ("relit.inputs", "check_pair"),
-    "solving": ("relit.methods.explained", "fit_light"),
+    "solving": ("relit.methods.shading", "explained_faces"),
     "encoding": ("relit.image", "put"),
     "writing": ("os", "fsync"),
     "naming": ("pathlib", "Path.hardlink_to"),
