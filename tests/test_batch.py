@@ -322,6 +322,29 @@ class TestProcesses:
         code, out, _ = finish(start("m.csv", "-o", "out", "--json"))
         assert (code, json.loads(out)["kept"]) == (0, len(many))
 
+    @pytest.mark.slow
+    def test_on_dask_nothing_is_lost_with_a_worker(self, tree):
+        pytest.importorskip("distributed")
+        psutil = pytest.importorskip("psutil")
+        head, *rows = (tree / "m.csv").read_text().splitlines()
+        many = [f"{row},{turn}/{n}.png" for turn in "abcd" for n, row in enumerate(rows)]
+        (tree / "m.csv").write_text("\n".join([f"{head},output", *many]))
+        assert finish(start("m.csv", "-o", "whole", "--jobs", "2")) == (0, b"", b"")
+        child = start("m.csv", "-o", "out", "--jobs", "2", "--engine", "dask")
+        wait_for(lambda: journal("out"), child)
+        workers = [
+            process
+            for process in psutil.Process(child.pid).children(recursive=True)
+            if "spawn_main" in " ".join(process.cmdline())
+        ]
+        workers[0].kill()
+        at_work = len(journal("out")) < len(many)
+        assert finish(child) == (0, b"", b"")
+        assert at_work
+        assert results("out") == results("whole")
+        ended = [record["output"] for record in journal("out")]
+        assert len(set(ended)) == len(ended) == len(many)
+
     @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
     def test_stopped_it_leaves_nothing_half_and_goes_on(self, tree, sent):
         if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:

@@ -176,9 +176,8 @@ def run(
         If all workers are gone for good; the same run goes on once they are there again.
     """
     batch.check_journal(journal)
-    sweep = _Sweep(batch.plan.folder) if journal.header else None
-    if sweep:
-        sweep(["results.csv"])
+    sweep = _Sweep(batch.plan.folder, after_another=journal.header is not None)
+    sweep.enter(["results.csv"])
     journal.begin(batch.settings)
     counts = Counts(batch.total)
     to_do = batch.to_do(journal, counts)
@@ -189,8 +188,7 @@ def run(
     gone: ClusterLostError | None = None
 
     def submit(job: Job, recorded: Outcome | None) -> None:
-        if sweep:
-            sweep(job.files(batch.plan.kind))
+        sweep.enter(job.files(batch.plan.kind))
         under_way[engine.submit(do, job, batch.plan, recorded)] = job, recorded
 
     while True:
@@ -207,6 +205,7 @@ def run(
             else:
                 submit(*item)
         if not (under_way or ended):
+            sweep.leave()
             return counts
         finished = wait(under_way, _TICK, FIRST_COMPLETED).done if under_way else ()
         for future in finished:
@@ -240,19 +239,31 @@ def _died(job: Job, recorded: Outcome | None) -> Outcome:
 
 
 class _Sweep:
-    """Takes away the unfinished files that a run that was killed left, before the first row in their folder.
+    """Takes away the unfinished files of processes that were killed.
 
-    Nobody else is at work in it then: the journal is this run's.
+    A run that goes on does so before its first row in a folder; every run, for workers of its own that died,
+    when all its rows are through. Nobody else is at work there then: the journal is this run's.
     """
 
-    def __init__(self, root: str) -> None:
-        self._root, self._swept = root, set[Path]()
+    def __init__(self, root: str, *, after_another: bool) -> None:
+        self._root, self._after_another, self._entered = root, after_another, set[Path]()
 
-    def __call__(self, files: Iterable[str]) -> None:
+    def enter(self, files: Iterable[str]) -> None:
+        """Get ready for rows that write these files."""
         if "://" in self._root:
             return
-        for folder in {Path(self._root, name).parent for name in files} - self._swept:
-            self._swept.add(folder)
-            for path in folder.glob(".relit-*.tmp"):
-                with suppress(OSError):
-                    path.unlink()
+        for folder in {Path(self._root, name).parent for name in files} - self._entered:
+            self._entered.add(folder)
+            if self._after_another:
+                _clear(folder)
+
+    def leave(self) -> None:
+        """Clear all folders that were entered."""
+        for folder in self._entered:
+            _clear(folder)
+
+
+def _clear(folder: Path) -> None:
+    for path in folder.glob(".relit-*.tmp"):
+        with suppress(OSError):
+            path.unlink()
