@@ -263,7 +263,7 @@ def test_photos_that_were_read_are_forgotten_beyond_a_limit(folder, monkeypatch)
 def _work(augment, image, marks, worker, results):
     """Be a worker of a DataLoader, as far as relit can see."""
     if worker is not None:
-        info = SimpleNamespace(id=worker, seed=1000 + worker)
+        info = SimpleNamespace(id=worker, seed=1000 + worker, num_workers=2)
         sys.modules["torch.utils.data"] = SimpleNamespace(get_worker_info=lambda: info)
     results.put((worker, [augment(image, landmarks=marks).sum() for _ in range(3)], augment(image).sum()))
 
