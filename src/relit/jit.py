@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any, TypeVar
 
+from filelock import FileLock
 from numba import njit
 from numba.core import event
 
@@ -38,7 +40,9 @@ def _compile(function: Function, **options: Any) -> Function:
     save = result._cache.save_overload
 
     def save_if_possible(*compiled: Any) -> None:
-        with suppress(OSError):  # on a full disk, numba would let the call fail
+        # On a full disk, numba would let the call fail. Of two processes that save one function for two types
+        # at once, one would give the other's code its own name.
+        with suppress(OSError), FileLock(Path(result._cache.cache_path, ".relit.lock")):
             save(*compiled)
 
     result._cache.save_overload = save_if_possible
