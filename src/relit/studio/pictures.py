@@ -43,7 +43,7 @@ VIEWS = {
 _QUALITY = 90
 #: Distance of the eyes, in px, that a preview looks at faces with: enough for the eye to judge by, and where
 #: a hand is moving, to see where it goes.
-_FINE, _QUICK = {"shading": 50.0}, {"shading": 20.0}
+_FINE, _QUICK = {"shading": 50.0}, {"shading": 18.0}
 _FINE_OTHERS, _QUICK_OTHERS = 110.0, 25.0
 
 
