@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import secrets
 from typing import TYPE_CHECKING
@@ -10,6 +11,20 @@ from relit.errors import OutputError
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+
+class NamedBytes(io.BytesIO):
+    """A file in memory that has a name, which tells its format.
+
+    Examples
+    --------
+    >>> NamedBytes("face.png", b"...").name
+    'face.png'
+    """
+
+    def __init__(self, name: str, data: bytes = b"") -> None:
+        super().__init__(data)
+        self.name = name
 
 
 def save_atomically(path: Path, data: bytes, *, overwrite: bool = False) -> None:

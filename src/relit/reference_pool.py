@@ -8,11 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from relit._photo.codecs import FORMATS
 from relit.color import luma
 from relit.detect import detect_landmarks
 from relit.errors import OptionError
-from relit.image import Photo, in_one_profile, read_image
+from relit.image import PHOTO_SUFFIXES, Photo, in_one_profile, read_image
 from relit.image_kinds import opened
 from relit.inputs import reduction
 from relit.landmarks import Landmarks, as_landmarks, check_inside
@@ -24,8 +23,6 @@ if TYPE_CHECKING:
 
     from relit.inputs import AnyLandmarks
     from relit.options import TransferOptions
-
-_EXTENSIONS = {extension for known in FORMATS.values() for extension in known.extensions} | {".heic", ".heif"}
 
 
 class ReferencePool:
@@ -171,7 +168,7 @@ def _expanded(reference: Any) -> list[Any]:
     path = Path(reference)
     try:
         if path.is_dir():
-            found = [one for one in path.rglob("*") if one.suffix.lower() in _EXTENSIONS and one.is_file()]
+            found = [one for one in path.rglob("*") if one.suffix.lower() in PHOTO_SUFFIXES and one.is_file()]
         elif not path.exists() and glob.has_magic(str(path)):  # a name may have brackets of its own
             names = glob.glob(str(path), recursive=True)  # noqa: PTH207 (Path's takes no absolute pattern)
             found = [one for one in map(Path, names) if one.is_file()]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -12,6 +11,7 @@ import numpy as np
 from relit.detect import detect_landmarks
 from relit.errors import FaceNotFoundError
 from relit.figures import split_pictures
+from relit.files import NamedBytes
 from relit.image import Photo, check_destination, read_image, write_image
 from relit.landmark_files import landmarks_as_bytes, landmarks_from
 from relit.landmarks import check_inside
@@ -48,17 +48,9 @@ class Done(NamedTuple):
     metrics: Mapping[str, float]
 
 
-class _Named(io.BytesIO):
-    """A file in memory that has a name, which tells its format."""
-
-    def __init__(self, name: str, data: bytes = b"") -> None:
-        super().__init__(data)
-        self.name = name
-
-
 def _photo(place: str, held: Held, watch: Stopwatch) -> Photo:
     with watch("read"):
-        photo = read_image(_Named(place, held[place]))
+        photo = read_image(NamedBytes(place, held[place]))
         check_pixels(photo.pixels, place)
         return photo
 
@@ -78,7 +70,7 @@ def _face(photo: Photo, place: str, marks: str | None, held: Held, watch: Stopwa
 
 def _transfer(job: Job, held: Held, watch: Stopwatch) -> Done:
     photo = _photo(job.target, held, watch)
-    check_destination(_Named(job.output), like=photo)
+    check_destination(NamedBytes(job.output), like=photo)
     here = _face(photo, job.target, job.target_landmarks, held, watch)
     found, light = {"target": here}, None
     if job.reference is not None:
@@ -114,7 +106,7 @@ def _normalize(job: Job, held: Held, watch: Stopwatch) -> Done:
     photo = _photo(job.target, held, watch)
     depth = photo.pixels.dtype if photo.pixels.dtype.kind == "u" else np.dtype(np.uint8)
     picture = replace(photo, pixels=np.zeros(photo.pixels.shape[:2], depth), alpha=None, profile=None)
-    check_destination(_Named(job.output), like=picture)
+    check_destination(NamedBytes(job.output), like=picture)
     here = _face(photo, job.target, job.target_landmarks, held, watch)
     distance = here.interocular_distance
     with watch("split"):
@@ -153,7 +145,7 @@ def _landmarks(job: Job, held: Held, watch: Stopwatch) -> Done:
 
 
 def _encoded(name: str, pixels: Any, like: Photo | None = None) -> bytes:
-    stream = _Named(name)
+    stream = NamedBytes(name)
     write_image(stream, pixels, like=like)
     return stream.getvalue()
 

@@ -13,6 +13,7 @@ from fastapi.concurrency import run_in_threadpool
 from relit._version import VERSION
 from relit.detect import detect_landmarks
 from relit.landmark_files import FORMATS as LANDMARK_FORMATS
+from relit.landmark_files import landmarks_as_bytes
 from relit.options import TransferOptions
 from relit.results import TransferResult
 from relit.samples import sample
@@ -36,7 +37,7 @@ from relit.studio.models import (
 from relit.studio.pictures import jpeg, preview_of, rendered, views_of
 from relit.studio.schema import FILE, VIEW_HEADERS, described, links, sent
 from relit.studio.sessions import EXPIRES, ROLES, Sessions, StudioError
-from relit.studio.work import file_of, place, place_from, take, worked
+from relit.studio.work import place, place_from, take, worked
 
 Token = Annotated[str, fastapi.Path(pattern="^[A-Za-z0-9_-]{1,100}$")]
 Side = Annotated[int, Query(ge=64, le=4096)]
@@ -142,7 +143,8 @@ def routes(sessions: Sessions, most_pixels: int, most_bytes: int) -> APIRouter:
         one = sessions.get(session)
         one.sitter(role)
         _, landmarks = one.ready(role)
-        return _attached(file_of(landmarks, format), f"{role}{format}", "application/octet-stream")
+        name = f"{role}{format}"
+        return _attached(landmarks_as_bytes(name, landmarks), name, "application/octet-stream")
 
     @api.put(
         "/sessions/{session}/landmarks/{role}/file",

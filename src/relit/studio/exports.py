@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import io
-import tempfile
 import zipfile
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+from relit.files import NamedBytes
 from relit.image import write_image
-from relit.landmark_files import write_landmarks
+from relit.landmark_files import landmarks_as_bytes
 from relit.relighting import transfer
 from relit.settings_file import Settings, as_json
 from relit.studio.sessions import ROLES
@@ -34,15 +33,13 @@ def exported(session: Session, settings: TransferOptions, suffix: str) -> bytes:
     )
     marks = dict(zip(ROLES, (here, *(there for _, there in lit_by)), strict=False))
     record = as_json(Settings(settings, **marks))
+    like = replace(target.photo, alpha=None) if suffix == ".jpg" else target.photo
+    image = NamedBytes(f"relit{suffix}")
+    write_image(image, result.image, like=like)
     packed = io.BytesIO()
-    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(packed, "w") as archive:
-        names = [f"relit{suffix}"]
-        like = replace(target.photo, alpha=None) if suffix == ".jpg" else target.photo
-        write_image(Path(folder, names[0]), result.image, like=like)
+    with zipfile.ZipFile(packed, "w") as archive:
+        archive.writestr(image.name, image.getvalue())
         for role, landmarks in marks.items():
-            names.append(f"{role}.json")
-            write_landmarks(Path(folder, names[-1]), landmarks)
-        for name in names:
-            archive.write(Path(folder, name), name)
+            archive.writestr(f"{role}.json", landmarks_as_bytes(f"{role}.json", landmarks))
         archive.writestr("settings.json", record)
     return packed.getvalue()

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import io
-import tempfile
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from typing import ParamSpec, TypeVar
 
 from relit.errors import LandmarkError
 from relit.image import read_image
-from relit.landmark_files import read_landmarks, write_landmarks
+from relit.landmark_files import landmarks_from
 from relit.landmarks import Landmarks, check_inside
 from relit.pixels import check_pixels
 from relit.studio.models import Marks, PhotoFacts
@@ -54,20 +52,9 @@ def place(session: Session, role: str, landmarks: Landmarks) -> Marks | None:
 
 def place_from(session: Session, role: str, data: bytes, suffix: str) -> Marks | None:
     """Place the landmarks that are in a file."""
-    with tempfile.TemporaryDirectory() as folder:
-        # The name is ours: what a client calls a file never reaches the disk.
-        path = Path(folder, f"{role}{suffix}")
-        path.write_bytes(data)
-        try:
-            landmarks = read_landmarks(path)
-        except LandmarkError as error:
-            raise LandmarkError(str(error).replace(str(path), "the file")) from None
+    name = f"{role}{suffix}"
+    try:
+        landmarks = landmarks_from(data, name)
+    except LandmarkError as error:
+        raise LandmarkError(str(error).replace(name, "the file")) from None
     return place(session, role, landmarks)
-
-
-def file_of(landmarks: Landmarks, suffix: str) -> bytes:
-    """Return landmarks as a file."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, f"landmarks{suffix}")
-        write_landmarks(path, landmarks)
-        return path.read_bytes()
