@@ -12,7 +12,8 @@ from relit.batch import run as module
 from relit.batch.jobs import File, Outcome, Plan, Row
 from relit.batch.journal import Journal
 from relit.batch.run import Batch, run
-from relit.batch.work import recipe, stamp_of
+from relit.batch.stamps import stamp_of
+from relit.batch.work import recipe
 from relit.errors import ClusterLostError, OptionError, WorkerLostError
 from relit.options import TransferOptions
 

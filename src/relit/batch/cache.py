@@ -12,73 +12,36 @@ from __future__ import annotations
 import os
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cache
 from hashlib import blake2b
 from importlib.metadata import version
-from inspect import unwrap
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import joblib
 import numpy as np
 from filelock import FileLock
 
 import relit
-from relit.detect import faces_in
+from relit.batch.forms import FORMS
 from relit.errors import OptionError, OutputError
 from relit.files import save_atomically
-from relit.landmarks import Landmarks
-from relit.ltv import Decomposition, decompose
 from relit.memo import Keeper, Made, Memo
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
     from numpy.typing import NDArray
 
-    Arrays = Mapping[str, NDArray[Any]]
+    from relit.batch.forms import Arrays
 
 _OTHERS = 32_000_000  # bytes in memory: what all pairs of one target share, and a pair more
 _PATIENCE = 120.0  # s to wait for another process, then everybody helps himself
 _DIGEST = 16  # bytes of a checksum
 _LEDGER = 20  # digits; a torn ledger is shorter
 _LIBRARIES = ("numpy", "scipy", "numba", "pillow", "ai-edge-litert")  # that a result's last bits depend on
-
-
-class _Form(NamedTuple):
-    """How a result becomes arrays, and they a result."""
-
-    apart: Callable[[Any], Arrays]
-    together: Callable[[Arrays], Any]
-
-
-def _split_apart(split: Decomposition) -> Arrays:
-    return {name: np.asarray(part) for name, part in vars(split).items()}
-
-
-def _split_together(arrays: Arrays) -> Decomposition:
-    lam, neighborhood = arrays["lam"].item(), arrays["neighborhood"].item()
-    return Decomposition(arrays["u"], arrays["v"], lam, neighborhood)
-
-
-def _faces_apart(faces: tuple[Landmarks, ...]) -> Arrays:
-    points, confidence = [face.points for face in faces], [face.confidence for face in faces]
-    return {"points": np.array(points), "confidence": np.array(confidence, float)}
-
-
-def _faces_together(arrays: Arrays) -> tuple[Landmarks, ...]:
-    return tuple(
-        Landmarks(points, "mesh478", confidence)
-        for points, confidence in zip(arrays["points"], arrays["confidence"].tolist(), strict=True)
-    )
-
-
-#: The steps that are worth a file. That a photo has no face is a result of `faces_in` like any other.
-_FORMS: dict[Callable[..., Any], _Form] = {
-    unwrap(decompose): _Form(_split_apart, _split_together),
-    unwrap(faces_in): _Form(_faces_apart, _faces_together),
-}
 
 
 class DiskCache(Keeper):
@@ -107,6 +70,7 @@ class DiskCache(Keeper):
     Examples
     --------
     >>> import tempfile
+    >>> from relit import decompose
     >>> image = np.full((16, 16), 100, np.uint8)
     >>> with tempfile.TemporaryDirectory() as folder, DiskCache(Path(folder), 1_000_000).open():
     ...     first, second = decompose(image), decompose(image)
@@ -129,7 +93,7 @@ class DiskCache(Keeper):
 
     def recall(self, step: Callable[..., Made], given: dict[str, Any], go_on: Callable[[], None]) -> Made:
         """Return what a step gives, without doing it if that is kept."""
-        form = _FORMS.get(step)
+        form = FORMS.get(step)
         if form is None:
             return self._others.recall(step, given, go_on)
         name = joblib.hash((_makers(), step.__name__, given))

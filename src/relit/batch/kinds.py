@@ -12,11 +12,11 @@ from relit.detect import detect_landmarks
 from relit.errors import FaceNotFoundError
 from relit.figures import split_pictures
 from relit.files import NamedBytes
-from relit.image import Photo, check_destination, read_image, write_image
+from relit.image import check_destination, write_image
 from relit.landmark_files import landmarks_as_bytes, landmarks_from
 from relit.landmarks import check_inside
 from relit.ltv import decompose, normalize
-from relit.pixels import check_pixels, from_unit
+from relit.pixels import from_unit
 from relit.relighting import transfer
 from relit.scale import lam_for
 
@@ -24,11 +24,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from relit.batch.jobs import Job
+    from relit.batch.reading import Content
+    from relit.image import Photo
     from relit.landmarks import Landmarks
     from relit.results import TransferResult
     from relit.timing import Stopwatch
 
-    Held = Mapping[str, bytes]
+    Held = Mapping[str, Content]
 
 
 class Done(NamedTuple):
@@ -50,15 +52,13 @@ class Done(NamedTuple):
 
 def _photo(place: str, held: Held, watch: Stopwatch) -> Photo:
     with watch("read"):
-        photo = read_image(NamedBytes(place, held[place]))
-        check_pixels(photo.pixels, place)
-        return photo
+        return held[place].photo
 
 
 def _face(photo: Photo, place: str, marks: str | None, held: Held, watch: Stopwatch) -> Landmarks:
     with watch("find the face"):
         if marks is not None:
-            found = landmarks_from(held[marks], marks)
+            found = landmarks_from(held[marks].data, marks)
             check_inside(found, photo.pixels.shape, marks)
             return found
         try:
@@ -150,7 +150,7 @@ def _encoded(name: str, pixels: Any, like: Photo | None = None) -> bytes:
     return stream.getvalue()
 
 
-#: What does a row, by the name of its kind; it gets the bytes of `Job.inputs`, by place.
+#: What does a row, by the name of its kind; it gets what `Job.inputs` hold, by place.
 WORK: dict[str, Callable[[Job, Held, Stopwatch], Done]] = {
     "transfer": _transfer,
     "normalize": _normalize,

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections import deque
 from concurrent.futures import FIRST_COMPLETED, wait
-from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from relit._version import VERSION
 from relit.batch.clashes import check_names
 from relit.batch.jobs import KINDS, Job, Outcome
 from relit.batch.naming import Naming
+from relit.batch.sweep import Sweep
 from relit.batch.work import do, is_settled
 from relit.errors import ClusterLostError, OptionError, WorkerLostError
 
@@ -176,7 +175,7 @@ def run(
         If all workers are gone for good; the same run goes on once they are there again.
     """
     batch.check_journal(journal)
-    sweep = _Sweep(batch.plan.folder, after_another=journal.header is not None)
+    sweep = Sweep(batch.plan.folder, after_another=journal.header is not None)
     sweep.enter(["results.csv"])
     journal.begin(batch.settings)
     counts = Counts(batch.total)
@@ -211,7 +210,11 @@ def run(
         for future in finished:
             item = under_way.pop(future)
             try:
-                ended.append(future.result())
+                outcome = future.result()
+                if outcome == item[1]:
+                    counts.kept += 1
+                else:
+                    ended.append(outcome)
             except ClusterLostError as error:
                 gone = error
             except WorkerLostError:
@@ -236,34 +239,3 @@ def _died(job: Job, recorded: Outcome | None) -> Outcome:
         "photos smaller"
     )
     return Outcome(job.number, job.output, "failed", reason, files=recorded.files if recorded else ())
-
-
-class _Sweep:
-    """Takes away the unfinished files of processes that were killed.
-
-    A run that goes on does so before its first row in a folder; every run, for workers of its own that died,
-    when all its rows are through. Nobody else is at work there then: the journal is this run's.
-    """
-
-    def __init__(self, root: str, *, after_another: bool) -> None:
-        self._root, self._after_another, self._entered = root, after_another, set[Path]()
-
-    def enter(self, files: Iterable[str]) -> None:
-        """Get ready for rows that write these files."""
-        if "://" in self._root:
-            return
-        for folder in {Path(self._root, name).parent for name in files} - self._entered:
-            self._entered.add(folder)
-            if self._after_another:
-                _clear(folder)
-
-    def leave(self) -> None:
-        """Clear all folders that were entered."""
-        for folder in self._entered:
-            _clear(folder)
-
-
-def _clear(folder: Path) -> None:
-    for path in folder.glob(".relit-*.tmp"):
-        with suppress(OSError):
-            path.unlink()

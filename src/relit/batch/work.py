@@ -15,6 +15,8 @@ from relit.batch import places
 from relit.batch.cache import DiskCache
 from relit.batch.jobs import KINDS, File, Outcome
 from relit.batch.kinds import WORK
+from relit.batch.reading import SHELF, Content
+from relit.batch.stamps import stamp_of
 from relit.errors import OutputError, RelitError
 from relit.timing import Stopwatch
 
@@ -50,16 +52,16 @@ def do(job: Job, plan: Plan, recorded: Outcome | None = None) -> Outcome:
     failed = Outcome(job.number, job.output, "failed", files=earlier)
     inputs: tuple[File, ...] = ()
     try:
-        with watch("read"):
-            held = [_read(place) for place in job.inputs]
-            inputs = tuple(file for file, _ in held)
-        made = recipe(job, plan.kind, [file.digest for file in inputs])
-        if recorded and recorded.made == made and (files := _unharmed(job, plan, earlier)):
-            return replace(recorded, number=job.number, inputs=inputs, files=files)
+        if recorded and is_settled(job, plan, recorded):
+            return replace(recorded, number=job.number)
         with _reuse(plan.cache, plan.cache_bytes):
-            done = WORK[plan.kind](
-                job, {p: data for p, (_, data) in zip(job.inputs, held, strict=True)}, watch
-            )
+            with watch("read"):
+                held = SHELF.read(job.inputs)
+                inputs = tuple(held[place].file for place in job.inputs)
+            made = recipe(job, plan.kind, [file.digest for file in inputs])
+            if recorded and recorded.made == made and (files := _unharmed(job, plan, earlier)):
+                return replace(recorded, number=job.number, inputs=inputs, files=files)
+            done = WORK[plan.kind](job, held, watch)
         with watch("write"):
             files = tuple(
                 _write(places.join(plan.folder, name), data, replaceable=plan.force or bool(earlier))
@@ -121,36 +123,12 @@ def _recipe_of(options: TransferOptions, kind: str) -> tuple[Any, ...]:
     return VERSION, kind, [(name, getattr(options, name)) for name in KINDS[kind].options]
 
 
-def stamp_of(place: str) -> tuple[int, int] | None:
-    """Return the size of a file and when it changed last, in ns; None of a URL, or where there is none.
-
-    Examples
-    --------
-    >>> stamp_of("no-such-file") is None
-    True
-    """
-    if "://" in place:
-        return None
-    try:
-        found = Path(place).stat()
-    except (OSError, ValueError):
-        return None
-    return found.st_size, found.st_mtime_ns
-
-
-def _read(place: str) -> tuple[File, bytes]:
-    # Stamped first: what changes while it is read does not count as known the next time.
-    stamp = stamp_of(place)
-    data = places.read_bytes(place)
-    return File(sha256(data).hexdigest(), stamp), data
-
-
 def _unharmed(job: Job, plan: Plan, files: Sequence[File]) -> tuple[File, ...]:
     """Return the files of a row as they are, if they hold what they did; else none."""
     wheres = [places.join(plan.folder, name) for name in job.files(plan.kind)]
     if len(wheres) != len(files) or not all(map(places.exists, wheres)):
         return ()
-    found = tuple(_read(where)[0] for where in wheres)
+    found = tuple(Content(where, stamp_of(where), places.read_bytes(where)).file for where in wheres)
     return found if [file.digest for file in found] == [file.digest for file in files] else ()
 
 

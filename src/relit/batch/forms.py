@@ -1,0 +1,63 @@
+"""The steps whose results are worth a file, and how they become arrays and come back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from inspect import unwrap
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from relit.batch.reading import fetch
+from relit.detect import faces_in
+from relit.landmarks import Landmarks
+from relit.ltv import Decomposition, decompose
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Arrays = Mapping[str, NDArray[Any]]
+
+
+class Form(NamedTuple):
+    """How a result becomes arrays, and they a result."""
+
+    apart: Callable[[Any], Arrays]
+    together: Callable[[Arrays], Any]
+
+
+def _split_apart(split: Decomposition) -> Arrays:
+    return {name: np.asarray(part) for name, part in vars(split).items()}
+
+
+def _split_together(arrays: Arrays) -> Decomposition:
+    lam, neighborhood = arrays["lam"].item(), arrays["neighborhood"].item()
+    return Decomposition(arrays["u"], arrays["v"], lam, neighborhood)
+
+
+def _faces_apart(faces: tuple[Landmarks, ...]) -> Arrays:
+    points, confidence = [face.points for face in faces], [face.confidence for face in faces]
+    return {"points": np.array(points), "confidence": np.array(confidence, float)}
+
+
+def _faces_together(arrays: Arrays) -> tuple[Landmarks, ...]:
+    return tuple(
+        Landmarks(points, "mesh478", confidence)
+        for points, confidence in zip(arrays["points"], arrays["confidence"].tolist(), strict=True)
+    )
+
+
+def _bytes_apart(data: bytes) -> Arrays:
+    return {"data": np.frombuffer(data, np.uint8)}
+
+
+def _bytes_together(arrays: Arrays) -> bytes:
+    return arrays["data"].tobytes()
+
+
+#: The steps that are worth a file. That a photo has no face is a result of `faces_in` like any other.
+FORMS: dict[Callable[..., Any], Form] = {
+    unwrap(decompose): Form(_split_apart, _split_together),
+    unwrap(faces_in): Form(_faces_apart, _faces_together),
+    unwrap(fetch): Form(_bytes_apart, _bytes_together),
+}
