@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+import uuid
 from contextlib import suppress
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from PIL import Image
 
 from relit.batch import session
 from relit.batch.jobs import Outcome
+from relit.batch.places import read_bytes, write_atomically
 from tests.command import in_library, pixels_of, the_line
 
 COMMAND = [sys.executable, "-c", "from relit.cli import main; main()", "batch"]
@@ -137,6 +139,29 @@ class TestCommand:
         succeed("batch --targets in/0/*.png --light rim -o in/0/done --limit 1 --format tif")
         succeed("batch --targets in/0 --light rim -o in/0/done --limit 2 --format tif")
         assert set(results("in/0/done")) == {"0.tif", "3.tif"}
+
+    def test_stores(self, tree, succeed, monkeypatch):
+        """Manifest, photos and results in a store; again, what is there is asked for and not read."""
+        root = f"memory://{uuid.uuid4()}"
+        for path in (*tree.glob("*.*"), *tree.glob("in/*/*")):
+            write_atomically(f"{root}/{path.relative_to(tree)}", path.read_bytes(), overwrite=False)
+        command = f"batch {root}/m.csv -o {root}/out --journal j.jsonl --json"
+        assert json.loads(succeed(command))["ok"] == ROWS
+        succeed("batch m.csv -o out")
+        for name, digest in results("out").items():
+            assert hashlib.sha256(read_bytes(f"{root}/out/{name}")).hexdigest() == digest
+        assert read_bytes(f"{root}/out/results.csv").count(b",ok,") == ROWS
+        read = []
+        monkeypatch.setattr(
+            "relit.batch.places.read_bytes", lambda place: read.append(place) or read_bytes(place)
+        )
+        report = json.loads(succeed(command))
+        assert (report["kept"], report["ok"]) == (ROWS, 0)
+        assert not [place for place in read if place.endswith(".png")]
+        write_atomically(f"{root}/in/1/4.png", (tree / "reference.png").read_bytes(), overwrite=True)
+        assert json.loads(succeed(f"{command} --dry-run"))["to_do"] == 1
+        report = json.loads(succeed(command))
+        assert (report["kept"], report["ok"]) == (ROWS - 1, 1)
 
     def test_every_kind(self, tree, succeed):
         (tree / "one.jsonl").write_text('{"target": "in/0/0.png", "target_landmarks": "target.csv"}')
@@ -321,6 +346,17 @@ class TestProcesses:
             assert all(one[name] == other[name] for name in one if name not in timings)
         code, out, _ = finish(start("m.csv", "-o", "out", "--json"))
         assert (code, json.loads(out)["kept"]) == (0, len(many))
+
+    def test_a_store_that_all_processes_see(self, tree):
+        """fsspec's own ``local://``, which is asked as any other store is."""
+        there = f"local://{tree}"
+        given = (f"{there}/m.csv", "-o", f"{there}/out", "--journal", "j.jsonl", "--jobs", "2", "--json")
+        code, out, _ = finish(start(*given))
+        assert (code, json.loads(out)["ok"]) == (0, ROWS)
+        assert finish(start("m.csv", "-o", "here", "--jobs", "2")) == (0, b"", b"")
+        assert results("out") == results("here")
+        code, out, _ = finish(start(*given))
+        assert (code, json.loads(out)["kept"]) == (0, ROWS)
 
     @pytest.mark.slow
     def test_on_dask_nothing_is_lost_with_a_worker(self, tree):

@@ -12,6 +12,7 @@ from relit._version import VERSION
 from relit.batch.clashes import check_names
 from relit.batch.jobs import KINDS, Job, Outcome
 from relit.batch.naming import Naming
+from relit.batch.stores import path_of
 from relit.batch.sweep import Sweep
 from relit.batch.work import do, is_settled
 from relit.errors import ClusterLostError, OptionError, WorkerLostError
@@ -130,14 +131,25 @@ class Batch:
                 "folder, or --force to make them anew"
             )
 
-    def to_do(self, journal: Journal, counts: Counts) -> Iterator[Item | Outcome]:
-        """Go through the rows that are not done yet, each with how it ended before; count the others."""
+    def to_do(
+        self, journal: Journal, counts: Counts, *, leave_stores: bool = False
+    ) -> Iterator[Item | Outcome]:
+        """Go through the rows that are not done yet, each with how it ended before; count the others.
+
+        Parameters
+        ----------
+        journal : Journal
+        counts : Counts
+        leave_stores : bool, optional
+            Leave it to the workers to ask stores, of many rows at a time, whether something changed there.
+        """
         for _, job in self.rows():
             if isinstance(job, Outcome):
                 yield job
                 continue
             recorded = journal.find(job.output)
-            if recorded and is_settled(job, self.plan, recorded):
+            asks = not leave_stores or all(map(path_of, (self.plan.folder, *job.inputs)))
+            if recorded and asks and is_settled(job, self.plan, recorded):
                 counts.kept += 1
             else:
                 yield job, recorded
@@ -179,7 +191,7 @@ def run(
     sweep.enter(["results.csv"])
     journal.begin(batch.settings)
     counts = Counts(batch.total)
-    to_do = batch.to_do(journal, counts)
+    to_do = batch.to_do(journal, counts, leave_stores=True)
     under_way: dict[Future[Outcome], Item] = {}
     lost: deque[Item] = deque()
     ended: list[Outcome] = []
