@@ -1,98 +1,153 @@
 """What ``relit batch`` costs a pair, and what it adds: ``python -m benchmarks.batch``.
 
-Photos are crops of the samples, all different; every target goes with every reference. Costs are marginal:
-those of a long run less those of a short one, by the pairs between, so that starting counts nothing.
+Photos are crops of the samples, all different; every target goes with every reference, landmarks given.
+The same rows are done again and again in turn, by processes that are warm: alone on one core, on two, with
+nothing shared between rows, and in a loop as a short script has it. So what else the machine does falls on
+all alike, and starting counts nothing.
 """
 
 from __future__ import annotations
 
 import os
+import resource
 import subprocess
 import sys
 import tempfile
-import threading
 import time
+from concurrent.futures import wait
+from contextlib import contextmanager, suppress
 from importlib.resources import files
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
+import psutil
 from PIL import Image
 
 import relit
+from relit.batch.engines import engine
+from relit.batch.jobs import Plan
+from relit.batch.journal import Journal
+from relit.batch.manifest import Manifest
+from relit.batch.run import Batch, run
 from relit.landmark_files import read_landmarks, write_landmarks
 
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from relit.batch.engines import Engine
+
 _RELIT = "from relit.cli import main; main()"
-_SHORT = 4  # rows
-_SIZES = {256: (10, 10), 512: (8, 8), 1024: (6, 6)}  # px → targets and references
+_SIZES = (256, 512, 1024)  # px
+_TARGETS, _REFERENCES, _ROUNDS = 1, 8, 9
 
 
 @click.command(help=__doc__)
 @click.option("--rows", default=10_000, show_default=True, help="Of the long run, of small photos.")
+@click.option("--rounds", default=_ROUNDS, show_default=True)
 @click.option("--method", default="shading", show_default=True)
-def main(rows: int, method: str) -> None:
+def main(rows: int, rounds: int, method: str) -> None:
     """Run the benchmarks."""
     with tempfile.TemporaryDirectory() as name:
-        for size, (targets, references) in _SIZES.items():
-            _costs(Path(name, str(size)), size, targets, references, method)
+        if rounds:
+            with _workers(1) as bare, _workers(1) as one, _workers(2) as two:
+                for size in _SIZES:
+                    _costs(Path(name, str(size)), size, rounds, method, bare, one, two)
         if rows:
             _long_run(Path(name, "long"), rows)
 
 
-def _costs(folder: Path, size: int, targets: int, references: int, method: str) -> None:
-    _photos(folder / "t", "target.png", targets, size)
-    _photos(folder / "r", "reference.jpg", references, size)
-    _manifest(folder, targets * references)
-    given = ["batch", str(folder / "pairs.csv"), "--method", method, "--cache-size", "0"]
-    one = _marginal([*given, "--jobs", "1"], folder / "one", targets * references, alone=True)
-    two = _marginal([*given, "--jobs", "2"], folder / "two", targets * references)
-    bare = _bare(folder, method)
-    for path in sorted((folder / "one").glob("*.png")):
-        assert path.read_bytes() == (folder / "two" / path.name).read_bytes(), path
-    found = ["batch", "--targets", str(folder / "t/*.png"), "--references", str(folder / "r/*.png")]
-    all_in = _marginal([*found, "--method", method, "--jobs", "2"], folder / "all", targets * references)
+@contextmanager
+def _workers(count: int) -> Iterator[Engine]:
+    """Lend processes: one on the first core, or one on each."""
+    cores = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, sorted(cores)[:count])
+    try:
+        with engine("local", count) as lent:
+            wait([lent.submit(time.sleep, 1) for _ in range(count)])
+            os.sched_setaffinity(0, cores)
+            yield lent
+    finally:
+        os.sched_setaffinity(0, cores)
+
+
+def _costs(folder: Path, size: int, rounds: int, method: str, bare: Engine, one: Engine, two: Engine) -> None:
+    _photos(folder / "t", "target.png", _TARGETS, size)
+    _photos(folder / "r", "reference.jpg", _REFERENCES, size)
+    _manifest(folder, _TARGETS * _REFERENCES)
+    lanes: dict[str, Callable[[Path], float]] = {
+        "loop": lambda _: bare.submit(loop, str(folder), method).result(),
+        "unshared": lambda out: _done(one, folder, out, method, shared=False),
+        "one": lambda out: _done(one, folder, out, method),
+        "two": lambda out: _done(two, folder, out, method),
+    }
+    taken = np.array(
+        [
+            [lane(folder / f"{name}-{turn}") for name, lane in lanes.items()]
+            for turn in range(-1, rounds)  # the first one warms
+        ]
+    )[1:]
+    for path in (folder / "one-0").glob("*.png"):
+        for lane in ("unshared", "two"):
+            assert path.read_bytes() == (folder / f"{lane}-0" / path.name).read_bytes(), path
+    alone, unshared, single, double = np.median(taken, axis=0)
+    search = bare.submit(_search, str(folder)).result()
     click.echo(
-        f"{size}²: a pair {one:.3f} s on one core, {two:.3f} s on two ({one / two:.2f}×); read, transfer and "
-        f"write in a loop {bare:.3f} s ({one / bare - 1:+.1%}); 1000 pairs {1000 * two / 60:.1f} min, and "
-        f"{1000 * all_in / 60:.1f} min where {targets + references} faces are to be found as well"
+        f"{size}²: a pair {single:.3f} s on one core, {double:.3f} s on two "
+        f"({_ratio(taken, 2, 3)}×); in a loop {alone:.3f} s, unshared {unshared:.3f} s: the batch takes "
+        f"{_ratio(taken, 1, 0)} of the loop where nothing is shared, {_ratio(taken, 2, 0)} where targets "
+        f"are; 1000 pairs {1000 * double / 60:.1f} min on two cores; finding a face {search:.3f} s; a worker "
+        f"held {two.submit(_peak).result():.0f} MB at most"
     )
 
 
-def _marginal(command: list[str], output: Path, rows: int, *, alone: bool = False) -> float:
-    """Return the seconds a row takes once the run is under way, on one core or on all."""
-    walls = []
-    for limit, place in ((_SHORT, f"{output}-short"), (rows, f"{output}")):
-        start = time.perf_counter()
-        arguments = [*command, "-o", place, "--limit", str(limit)]
-        core = ["taskset", "-c", "0"] if alone else []
-        subprocess.run([*core, sys.executable, "-c", _RELIT, *arguments], check=True)
-        walls.append(time.perf_counter() - start)
-    return (walls[1] - walls[0]) / (rows - _SHORT)
+def _ratio(taken: Any, over: int, under: int) -> str:
+    """Return how two lanes compare within a round, in the median and at most and least."""
+    found = np.sort(taken[:, over] / taken[:, under])
+    return f"{np.median(found):.2f} ({found[0]:.2f} to {found[-1]:.2f})"
 
 
-def _bare(folder: Path, method: str) -> float:
-    """Return the seconds that a pair takes in a loop on one core."""
-    script = "import sys, time; from benchmarks.batch import loop; print(loop(sys.argv[1], sys.argv[2]))"
-    command = ["taskset", "-c", "0", sys.executable, "-c", script, str(folder), method]
-    return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+def _done(lent: Engine, folder: Path, out: Path, method: str, *, shared: bool = True) -> float:
+    """Return the seconds of a row of a batch."""
+    start = time.perf_counter()
+    plan = Plan("transfer", str(out), False, f"{out}-cache" if shared else None, 10**9)
+    batch = Batch(Manifest(str(folder / "pairs.csv")), plan, relit.TransferOptions(method=method))
+    with Journal(Path(f"{out}-journal")).writing() as journal:
+        counts = run(batch, journal, lent, window=2 * lent.workers)
+    assert counts.ok == counts.total
+    return (time.perf_counter() - start) / counts.total
 
 
 def loop(folder: str, method: str) -> float:
     """Relight pairs as a short script would; return the seconds of one."""
-    pairs = [
-        (target, reference)
-        for target in sorted(Path(folder, "t").glob("*.png"))
-        for reference in sorted(Path(folder, "r").glob("*.png"))
-    ]
+    start, done = time.perf_counter(), 0
+    for target in sorted(Path(folder, "t").glob("*.png")):
+        for reference in sorted(Path(folder, "r").glob("*.png")):
+            photo, light = relit.read_image(target), relit.read_image(reference)
+            here, there = (read_landmarks(path.with_suffix(".json")) for path in (target, reference))
+            result = relit.transfer(
+                photo, light, target_landmarks=here, reference_landmarks=there, method=method
+            )
+            relit.write_image(Path(folder, "bare.png"), result.image, like=photo, overwrite=True)
+            done += 1
+    return (time.perf_counter() - start) / done
+
+
+def _search(folder: str) -> float:
+    """Return the seconds that it takes to find a face."""
+    photos = [relit.read_image(path).pixels for path in sorted(Path(folder, "r").glob("*.png"))]
     seconds = []
-    for target, reference in pairs:
+    for photo in photos:
         start = time.perf_counter()
-        photo, light = relit.read_image(target), relit.read_image(reference)
-        here, there = (read_landmarks(path.with_suffix(".json")) for path in (target, reference))
-        result = relit.transfer(photo, light, target_landmarks=here, reference_landmarks=there, method=method)
-        relit.write_image(Path(folder, "bare.png"), result.image, like=photo, overwrite=True)
+        relit.detect_landmarks(photo)
         seconds.append(time.perf_counter() - start)
-    return float(np.mean(seconds[_SHORT:]))
+    return float(np.median(seconds))
+
+
+def _peak() -> float:
+    """Return the MB that this process held at most."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e6
 
 
 def _long_run(folder: Path, rows: int) -> None:
@@ -103,53 +158,20 @@ def _long_run(folder: Path, rows: int) -> None:
     start = time.perf_counter()
     command = ["batch", str(folder / "pairs.csv"), "-o", str(folder / "out"), "--jobs", "2"]
     process = subprocess.Popen([sys.executable, "-c", _RELIT, *command])
-    peaks: list[float] = []
-    done = threading.Event()
-
-    def watch() -> None:
-        while not done.wait(2):
-            peaks.append(max((_resident(pid) for pid in _children(process.pid)), default=0.0))
-
-    watcher = threading.Thread(target=watch)
-    watcher.start()
-    process.wait()
-    done.set()
-    watcher.join()
+    started = psutil.Process(process.pid)
+    seen: list[list[int]] = []  # bytes of each worker, every 2 s
+    while process.poll() is None:
+        time.sleep(2)
+        with suppress(psutil.Error):
+            seen.append([worker.memory_info().rss for worker in started.children(recursive=True)])
     assert process.returncode == 0
     wall = time.perf_counter() - start
-    tenth = max(len(peaks) // 10, 1)
+    peaks = np.array([max(held, default=0) for held in seen]) / 1e6
+    fifths = " ".join(f"{part.max():.0f}" for part in np.array_split(peaks, 5))
     click.echo(
-        f"{rows} rows of 96² in {wall:.0f} s ({wall / rows:.3f} s a row); the largest worker held "
-        f"{max(peaks[: 2 * tenth]):.0f} MB in the first fifth, {max(peaks[-2 * tenth :]):.0f} MB in the "
-        f"last, {max(peaks):.0f} MB at most; the command itself {_peak_of_self():.0f} MB"
+        f"{rows} rows of 96² in {wall:.0f} s ({wall / rows:.3f} s a row); the largest worker held {fifths} "
+        "MB at most in each fifth of the time"
     )
-
-
-def _peak_of_self() -> float:
-    import resource
-
-    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
-
-
-def _children(pid: int) -> list[int]:
-    found = []
-    for entry in Path("/proc").iterdir():
-        if entry.name.isdigit():
-            try:
-                parent = int((entry / "stat").read_text().rsplit(")", 1)[1].split()[1])
-            except (OSError, ValueError):
-                continue
-            if parent == pid:
-                found.append(int(entry.name))
-    return found
-
-
-def _resident(pid: int) -> float:
-    try:
-        pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
-    except (OSError, ValueError):
-        return 0.0
-    return pages * os.sysconf("SC_PAGESIZE") / 2**20
 
 
 def _photos(folder: Path, sample: str, count: int, size: int) -> None:

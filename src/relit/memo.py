@@ -88,6 +88,8 @@ class Memo(Keeper):
             go_on()
             made = step(**given)
             found = _Result(step, given, made, size_of(given) + size_of(made))
+            if found.size > self._most_bytes:
+                return made
         with self._lock:
             others = [result for result in self._results if result is not found]
             alike = [result for result in others if result.step is step]

@@ -25,7 +25,7 @@ import numpy as np
 from filelock import FileLock
 
 import relit
-from relit.batch.forms import FORMS
+from relit.batch.forms import FORMS, OF_TARGETS
 from relit.errors import OptionError, OutputError
 from relit.files import save_atomically
 from relit.memo import Keeper, Made, Memo
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from relit.batch.forms import Arrays
 
-_OTHERS = 32_000_000  # bytes in memory: what all pairs of one target share, and a pair more
+_TARGETS = 150_000_000  # bytes in memory: what is said of the largest faces that are looked at
 _PATIENCE = 120.0  # s to wait for another process, then everybody helps himself
 _DIGEST = 16  # bytes of a checksum
 _LEDGER = 20  # digits; a torn ledger is shorter
@@ -45,7 +45,7 @@ _LIBRARIES = ("numpy", "scipy", "numba", "pillow", "ai-edge-litert")  # that a r
 
 
 class DiskCache(Keeper):
-    """Splits and faces on disk, and the latest results of all other steps in memory.
+    """Splits and faces on disk, and in memory what was said of the last target.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class DiskCache(Keeper):
             raise OptionError(f"most_bytes: expected an integer of 0 or more, got {most_bytes!r}")
         # Entries are deleted by age, so that they live apart from what else may be in the folder.
         self._folder, self._most_bytes = Path(folder, "relit-cache"), most_bytes
-        self._others, self._warned = Memo(_OTHERS), False
+        self._targets, self._warned = Memo(_TARGETS), False
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
         except (FileExistsError, NotADirectoryError) as error:
@@ -93,9 +93,12 @@ class DiskCache(Keeper):
 
     def recall(self, step: Callable[..., Made], given: dict[str, Any], go_on: Callable[[], None]) -> Made:
         """Return what a step gives, without doing it if that is kept."""
+        if step in OF_TARGETS:
+            return self._targets.recall(step, given, go_on)
         form = FORMS.get(step)
         if form is None:
-            return self._others.recall(step, given, go_on)
+            go_on()
+            return step(**given)
         name = joblib.hash((_makers(), step.__name__, given))
         path = self._folder / f"{step.__name__}-{name}.npz"
         arrays = _read(path)

@@ -1,4 +1,4 @@
-"""The steps whose results are worth a file, and how they become arrays and come back."""
+"""The steps whose results rows share: those worth a file, and how they become arrays; those worth memory."""
 
 from __future__ import annotations
 
@@ -10,8 +10,11 @@ import numpy as np
 
 from relit.batch.reading import fetch
 from relit.detect import faces_in
+from relit.face_shape import face_shape
 from relit.landmarks import Landmarks
 from relit.ltv import Decomposition, decompose
+from relit.matting import eyes_and_teeth, matte
+from relit.methods.explained import explained_target
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -61,3 +64,7 @@ FORMS: dict[Callable[..., Any], Form] = {
     unwrap(faces_in): Form(_faces_apart, _faces_together),
     unwrap(fetch): Form(_bytes_apart, _bytes_together),
 }
+
+#: The steps on a target that are worth memory only: rows that share it mostly follow each other. What is said
+#: of a target and a reference together, hardly another row wants.
+OF_TARGETS = {unwrap(step) for step in (explained_target, eyes_and_teeth, face_shape, matte)}

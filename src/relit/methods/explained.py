@@ -128,24 +128,55 @@ def explained_faces(
     Faces
     """
     unit = landmarks.interocular_distance
-    ours = face_shape(landmarks, target.shape)
+    ours, found, lit, mirror, features = explained_target(target, landmarks)
     theirs = ours if rendered else face_shape(landmarks, target.shape, of=reference_landmarks)
     with pool(available()) as run:
-        targets = run(lambda plane: _explained(plane, ours, unit), as_planes(to_unit(target)))
         references = run(
             lambda plane: _all_light(plane, ours) if rendered else _explained(plane, theirs, unit),
             as_planes(to_unit(reference)),
         )
-        colored = len(references) > len(targets)
-        targets *= len(references) // len(targets)
-        mirror = _mirror(landmarks, ours)
-        lits = run(lambda face: _lit(face, unit), targets)
+        colored = len(references) > len(found)
+        copies = len(references) // len(found)
+        targets, lits = copies * list(found), copies * list(lit)
         both = run(
             lambda k: _person(targets[k], references[k], lits[k], ours.inside, mirror), range(len(targets))
         )
     persons, stand_ins = (list(planes) for planes in zip(*both, strict=True))
-    features = _features(landmarks, target.shape, unit)
     return Faces(ours, targets, references, colored, lits, persons, stand_ins, features)
+
+
+class Target(NamedTuple):
+    """What is said of a target alone, whatever light is to fall on it.
+
+    Attributes
+    ----------
+    shape : FaceShape
+    faces : tuple of Face
+        Plane by plane.
+    lits : tuple of array
+        Where its light reaches.
+    mirror : array or None
+        As of `_mirror`.
+    features : array
+        As of `_features`.
+    """
+
+    shape: FaceShape
+    faces: tuple[Face, ...]
+    lits: tuple[Plane, ...]
+    mirror: NDArray[np.float64] | None
+    features: Plane
+
+
+@remembered
+def explained_target(target: NDArray[Any], landmarks: Landmarks) -> Target:
+    """Explain a target, plane by plane."""
+    unit, shape = landmarks.interocular_distance, face_shape(landmarks, target.shape)
+    with pool(available()) as run:
+        faces = run(lambda plane: _explained(plane, shape, unit), as_planes(to_unit(target)))
+        lits = run(lambda face: _lit(face, unit), faces)
+    features = _features(landmarks, target.shape, unit)
+    return Target(shape, tuple(faces), tuple(lits), _mirror(landmarks, shape), features)
 
 
 def _explained(plane: NDArray[Any], shape: FaceShape, unit: float) -> Face:
