@@ -129,6 +129,7 @@ class TestRun:
         counts, ended = go(given=given)
         assert dataclasses.astuple(counts) == (8, 0, 6, 2)
         assert [ended[n].reason for n in (2, 8)] == ["bad photo", "no target"]
+        assert dataclasses.astuple(go(given=given)[0]) == (8, 6, 0, 2)
         (tmp_path / "in" / "2.png").write_text("good")
         done.clear()
         counts, ended = go(given=given)

@@ -20,6 +20,7 @@ from relit.batch import cache
 from relit.batch.cache import DiskCache
 from relit.errors import FaceNotFoundError, ImageError, OptionError, OutputError
 from relit.image import read_image
+from relit.methods import explained
 from relit.options import TransferOptions
 from relit.relighting import transfer
 from relit.samples import sample
@@ -151,7 +152,7 @@ def test_other_code_has_entries_of_its_own(tmp_path, calls, monkeypatch):
         ltv.decompose(picture(0))
         monkeypatch.setattr("relit.__version__", "0.0.0")
         ltv.decompose(picture(0))
-        monkeypatch.setattr(cache, "version", lambda name: f"{name} of tomorrow")
+        monkeypatch.setattr(cache, "versions", lambda: {"numpy": "of tomorrow"})
         ltv.decompose(picture(0))
     assert len(calls) == 3
 
@@ -544,3 +545,16 @@ def test_pairs_cost_a_split_and_a_search_for_each_photo(tmp_path, faces):
         pair = [read_image(faces / f"{k}.png") for k in (target, reference)]
         alone = transfer(*pair, options=TransferOptions(method="ltv", split_first=True))
         assert (tmp_path / f"{target}-{reference}").read_bytes() == alone.image.tobytes()
+
+
+def test_what_is_said_of_a_target_is_said_once_for_all_its_references(tmp_path, faces, monkeypatch):
+    made, lit = [], explained._lit
+    monkeypatch.setattr(explained, "_lit", lambda *given: (made.append(given), lit(*given))[1])
+    target, *others = (read_image(faces / f"{k}.png") for k in (0, 1, 3, 4))
+    found = []
+    with DiskCache(tmp_path, LARGE).open():
+        found += [transfer(target, reference).image for reference in others]
+    assert len(made) == 3  # planes
+    for image, reference in zip(found, others, strict=True):
+        np.testing.assert_array_equal(image, transfer(target, reference).image)
+    assert len(made) == 3 + 3 * 3

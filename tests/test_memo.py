@@ -82,10 +82,13 @@ def test_what_was_not_asked_for_longest_is_forgotten():
 
 def test_what_is_too_large_is_given_but_not_kept():
     step, calls = counted()
-    with Memo(most_bytes=10).open():
+    with Memo(most_bytes=100).open():
+        step(np.ones(3))
         assert step(np.ones(100))[0].sum() == 100
         step(np.ones(100))
-    assert len(calls) == 2
+        assert len(calls) == 3
+        step(np.ones(3))
+    assert len(calls) == 3
 
 
 def test_work_can_be_called_off_before_a_step():

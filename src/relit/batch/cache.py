@@ -15,7 +15,6 @@ import warnings
 from contextlib import contextmanager, suppress
 from functools import cache
 from hashlib import blake2b
-from importlib.metadata import version
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +25,7 @@ from filelock import FileLock
 
 import relit
 from relit.batch.forms import FORMS, OF_TARGETS
+from relit.batch.libraries import versions
 from relit.errors import OptionError, OutputError
 from relit.files import save_atomically
 from relit.memo import Keeper, Made, Memo
@@ -41,7 +41,6 @@ _TARGETS = 150_000_000  # bytes in memory: what is said of the largest faces tha
 _PATIENCE = 120.0  # s to wait for another process, then everybody helps himself
 _DIGEST = 16  # bytes of a checksum
 _LEDGER = 20  # digits; a torn ledger is shorter
-_LIBRARIES = ("numpy", "scipy", "numba", "pillow", "ai-edge-litert")  # that a result's last bits depend on
 
 
 class DiskCache(Keeper):
@@ -211,5 +210,4 @@ def _digest(content: bytes | memoryview) -> bytes:
 def _makers() -> str:
     """Return the hash of what results depend on, besides what a step is given."""
     sources = sorted(Path(relit.__file__).parent.rglob("*.py"))
-    versions = [relit.__version__, *map(version, _LIBRARIES)]
-    return str(joblib.hash([*versions, *(source.read_bytes() for source in sources)]))
+    return str(joblib.hash([relit.__version__, versions(), *(source.read_bytes() for source in sources)]))

@@ -6,13 +6,13 @@ import csv
 import io
 import json
 import platform
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from relit._version import VERSION
 from relit.batch import places
 from relit.batch.jobs import Outcome
+from relit.batch.libraries import versions
 from relit.errors import OptionError
 
 if TYPE_CHECKING:
@@ -31,7 +31,6 @@ _NUMBERS = (
     *(f"{role}_confidence" for role in _ROLES),
     *_METRICS,
 )
-_LIBRARIES = ("numpy", "scipy", "numba", "pillow", "imagecodecs", "tifffile", "ai-edge-litert", "joblib")
 _ROWS_AT_ONCE = 10_000
 
 
@@ -127,15 +126,5 @@ def write_record(place: str, facts: dict[str, Any]) -> None:
         If it cannot be written.
     """
     record = {"relit": VERSION, "python": platform.python_version(), "platform": platform.platform()}
-    data = json.dumps(record | {"libraries": _versions()} | facts, indent=1)
+    data = json.dumps(record | {"libraries": versions()} | facts, indent=1)
     places.write_atomically(place, f"{data}\n".encode(), overwrite=True)
-
-
-def _versions() -> dict[str, str]:
-    found = {}
-    for name in _LIBRARIES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:  # installed in another way than by pip
-            found[name] = "unknown"
-    return found

@@ -223,7 +223,7 @@ def run(
             item = under_way.pop(future)
             try:
                 outcome = future.result()
-                if outcome == item[1]:
+                if outcome == item[1] and outcome.status == "ok":
                     counts.kept += 1
                 else:
                     ended.append(outcome)
