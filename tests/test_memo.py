@@ -80,6 +80,22 @@ def test_what_was_not_asked_for_longest_is_forgotten():
         assert len(calls) == 5
 
 
+def test_an_array_that_several_results_share_counts_once():
+    calls = []
+
+    @remembered
+    def beside(values, number):
+        calls.append(number)
+        return values, number
+
+    one = np.ones(100)  # 800 bytes
+    memo = Memo(most_bytes=1000)
+    with memo.open():
+        for number in (1, 2, 3, 1, 2, 3):
+            assert beside(one, number)[0] is one
+    assert (calls, memo.size) == ([1, 2, 3], 800)
+
+
 def test_what_is_too_large_is_given_but_not_kept():
     step, calls = counted()
     with Memo(most_bytes=100).open():

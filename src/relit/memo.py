@@ -76,8 +76,8 @@ class Memo(Keeper):
 
     @property
     def size(self) -> int:
-        """Bytes that the arrays in it hold."""
-        return sum(result.size for result in self._results)
+        """Bytes that the arrays in it hold, each counted once."""
+        return sum({key: held for result in self._results for key, held in result.arrays.items()}.values())
 
     def recall(self, step: Callable[..., Made], given: dict[str, Any], go_on: Callable[[], None]) -> Made:
         """Return what a step gives, without doing it if it was done lately."""
@@ -87,8 +87,8 @@ class Memo(Keeper):
         if found is None:
             go_on()
             made = step(**given)
-            found = _Result(step, given, made, size_of(given) + size_of(made))
-            if found.size > self._most_bytes:
+            found = _Result(step, given, made, _arrays((given, made)))
+            if sum(found.arrays.values()) > self._most_bytes:
                 return made
         with self._lock:
             others = [result for result in self._results if result is not found]
@@ -105,7 +105,7 @@ class _Result(NamedTuple):
     step: Callable[..., Any]
     given: dict[str, Any]
     made: Any
-    size: int
+    arrays: Mapping[int, int]
 
 
 def remembered(step: Callable[Given, Made]) -> Callable[Given, Made]:
@@ -146,16 +146,21 @@ def same(one: Any, other: Any) -> bool:
 
 
 def size_of(value: Any) -> int:
-    """Return how many bytes the arrays in a value hold, those that are in it twice twice.
+    """Return how many bytes the arrays in a value hold, each counted once.
 
     Examples
     --------
-    >>> size_of({"a": [np.zeros(2), np.zeros((2, 2), np.uint8)]})
+    >>> size_of({"a": [one := np.zeros(2), np.zeros((2, 2), np.uint8)], "b": one})
     20
     """
+    return sum(_arrays(value).values())
+
+
+def _arrays(value: Any) -> dict[int, int]:
+    """Return the bytes of the arrays in a value, by what tells one from another."""
     if isinstance(value, np.ndarray):
-        return int(value.nbytes)
-    return sum(map(size_of, _parts(value) or ()))
+        return {id(value): int(value.nbytes)}
+    return {key: held for part in _parts(value) or () for key, held in _arrays(part).items()}
 
 
 def _parts(value: Any) -> list[Any] | None:
