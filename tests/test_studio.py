@@ -6,6 +6,7 @@ import threading
 import time
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -402,7 +403,7 @@ class TestSessions:
             store.keep(session, "target", Sitter(photo, None, False))
             with session.memo.open():
                 remembered(np.zeros)(shape=10, dtype="u1")
-        idle.sitters["target"].previews[64] = photo
+        idle.sitters["target"].previews[64] = replace(photo, pixels=photo.pixels.copy())
         with busy.work:
             store.make_room(one)
             assert (idle.memo.size, idle.size, len(store)) == (0, 400, 3)

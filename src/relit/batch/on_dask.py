@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import relit
@@ -14,7 +15,6 @@ from relit.errors import ClusterLostError, OptionError, RelitError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
-    from concurrent.futures import Future
 
 
 @contextmanager
@@ -29,16 +29,34 @@ def on_dask(workers: int, address: str | None) -> Iterator[Lent]:
         client = stack.enter_context(distributed.Client(cluster, set_as_default=False))
         _check_versions(client.get_versions(packages=["relit"]))
         threads = share(workers, address)
-        executor = client.get_executor(pure=False)
 
         def start(function: Callable[..., Any], *args: Any) -> Future[Any]:
             if client.status in ("closing", "closed"):  # a future of such a client would never be done
                 raise ClusterLostError(GONE)
-            future: Future[Any] = executor.submit(work, threads, function, *args)
-            return future
+            # Not by client.get_executor: where a worker dies with a result that is on its way, its futures
+            # raise a TypeError (distributed 2026.8); result() waits until that is computed again.
+            future, outer = client.submit(work, threads, function, *args, pure=False), Future[Any]()
+            outer.add_done_callback(lambda _: None if future.done() else future.cancel())
+            future.add_done_callback(partial(_hand_over, outer=outer))
+            return outer
 
         at_once = max(workers, sum(client.nthreads().values()))
         yield Lent(at_once, start, (distributed.scheduler.KilledWorker,))
+
+
+def _hand_over(future: Any, outer: Future[Any]) -> None:
+    """Let a future of ours end as Dask's did."""
+    try:
+        result = future.result()
+    except CancelledError:
+        outer.cancel()
+        outer.set_running_or_notify_cancel()  # wakes who waits for it
+    except BaseException as error:
+        if outer.set_running_or_notify_cancel():
+            outer.set_exception(error)
+    else:
+        if outer.set_running_or_notify_cancel():
+            outer.set_result(result)
 
 
 def _start(distributed: Any, workers: int) -> Any:
