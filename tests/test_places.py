@@ -1,12 +1,9 @@
 """Places: paths and URLs alike, written whole, and what patterns mean."""
 
-import functools
 import glob
-import http.server
 import os
 import subprocess
 import sys
-import threading
 import uuid
 from pathlib import Path
 
@@ -17,6 +14,7 @@ from relit.batch.places import exists, expand, join, read_bytes, write_atomicall
 from relit.batch.stores import masked
 from relit.errors import ImageError, OptionError, OutputError
 from relit.image import PHOTO_SUFFIXES
+from tests.web import web
 
 PHOTOS = [
     "1.jpg",
@@ -254,22 +252,10 @@ class TestUrls:
         pytest.importorskip("aiohttp")
         (tmp_path / "1.png").write_bytes(b"one")
 
-        class Silent(http.server.SimpleHTTPRequestHandler):
-            def log_message(self, *_):
-                pass
-
-        server = http.server.ThreadingHTTPServer(
-            ("127.0.0.1", 0), functools.partial(Silent, directory=tmp_path)
-        )
-        with server:
-            thread = threading.Thread(target=server.serve_forever)
-            thread.start()
-            url = f"http://127.0.0.1:{server.server_address[1]}"
+        with web(tmp_path) as url:
             assert read_bytes(f"{url}/1.png?signature=secret") == b"one"
             with pytest.raises(ImageError, match="there is no such file") as caught:
                 read_bytes(f"{url}/2.png?signature=secret")
-            server.shutdown()
-            thread.join()
         assert "secret" not in str(caught.value)
         assert expand(f"{url}/*.png?a=[b]") == [f"{url}/*.png?a=[b]"]
         with pytest.raises(OutputError, match="http can only be read from"):

@@ -1,7 +1,5 @@
 """What rows read is what is there, however it changes, and is read no oftener than need be."""
 
-import functools
-import http.server
 import os
 import subprocess
 import sys
@@ -21,6 +19,7 @@ from relit.batch.reading import Shelf
 from relit.batch.stamps import stamp_of
 from relit.errors import ImageError
 from relit.image import read_image
+from tests.web import web
 
 
 @pytest.fixture
@@ -158,23 +157,12 @@ class TestStamps:
         pytest.importorskip("aiohttp")
         (tmp_path / "1.png").write_bytes(b"one")
 
-        class Silent(http.server.SimpleHTTPRequestHandler):
-            def log_message(self, *_):
-                pass
-
-        server = http.server.ThreadingHTTPServer(
-            ("127.0.0.1", 0), functools.partial(Silent, directory=tmp_path)
-        )
-        with server:
-            thread = threading.Thread(target=server.serve_forever)
-            thread.start()
-            url = f"http://127.0.0.1:{server.server_address[1]}/1.png"
+        with web(tmp_path) as root:
+            url = f"{root}/1.png"
             before = stamp_of(url)
             os.utime(tmp_path / "1.png", (0, 0))  # Last-Modified has whole seconds
             assert before is not None
             assert stamp_of(url) not in (before, None)
-            server.shutdown()
-            thread.join()
 
     def test_of_what_cannot_be_asked_are_none(self):
         assert stamp_of("nonsense://x") is None
