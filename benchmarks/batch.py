@@ -31,14 +31,14 @@ from relit.batch.jobs import Plan
 from relit.batch.journal import Journal
 from relit.batch.manifest import Manifest
 from relit.batch.run import Batch, run
-from relit.landmark_files import read_landmarks, write_landmarks
+from relit.face.landmark_files import read_landmarks, write_landmarks
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from relit.batch.engines import Engine
 
-_RELIT = "from relit.cli import main; main()"
+_RELIT = "from relit.cli.app import main; main()"
 _SIZES = (256, 512, 1024)  # px
 _TARGETS, _REFERENCES, _ROUNDS = 1, 8, 9
 
@@ -184,7 +184,7 @@ def _photos(folder: Path, sample: str, count: int, size: int) -> None:
     """Save crops of a sample photo, each a little elsewhere, with their landmarks."""
     folder.mkdir(parents=True)
     draw = np.random.default_rng(0)
-    with (files("relit") / "sample_photos" / sample).open("rb") as file, Image.open(file) as opened:
+    with (files("relit.photo") / "sample_photos" / sample).open("rb") as file, Image.open(file) as opened:
         photo = opened.convert("RGB")
     found = relit.detect_landmarks(np.asarray(photo))
     left, top = found.xy.min(axis=0)

@@ -16,7 +16,7 @@ from PIL import Image
 from benchmarks.measure import Timing
 from benchmarks.rows import Row
 
-_RELIT = "from relit.cli import main; main()"
+_RELIT = "from relit.cli.app import main; main()"
 _CASES = (
     (1, "", ""),
     (1, "--method ltv", ""),
@@ -59,7 +59,7 @@ def command(runs: int) -> Iterator[Row]:
 def _photo(folder: Path, sample: str, megapixels: int) -> Path:
     """Save a sample photo, enlarged to a portrait of so many megapixels."""
     path = folder / f"{Path(sample).stem}-{megapixels}.jpg"
-    with (files("relit") / "sample_photos" / sample).open("rb") as file, Image.open(file) as photo:
+    with (files("relit.photo") / "sample_photos" / sample).open("rb") as file, Image.open(file) as photo:
         width = round((megapixels * 1e6 * photo.width / photo.height) ** 0.5)
         size = width, round(megapixels * 1e6 / width)
         photo.convert("RGB").resize(size, Image.Resampling.BICUBIC).save(path, quality=92)

@@ -11,7 +11,7 @@ from PIL import Image
 
 def photo(name: str) -> Image.Image:
     """Return a sample photo in grey."""
-    with (files("relit") / "sample_photos" / name).open("rb") as file:
+    with (files("relit.photo") / "sample_photos" / name).open("rb") as file:
         return Image.open(file).convert("L")
 
 

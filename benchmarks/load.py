@@ -25,7 +25,7 @@ import httpx
 #: MB that the server may hold, of which photos on their way are 400 and sessions, once there are 64, as many.
 BOUND = 1200
 
-_SERVE = "from relit.cli import main; main(['serve', '--port', '0'])"
+_SERVE = "from relit.cli.app import main; main(['serve', '--port', '0'])"
 _STRENGTHS = (0.25, 0.5, 1.0)
 _BIG = b"9" * 400
 #: Bodies that are no requests for a preview, and how they are refused.
@@ -74,7 +74,7 @@ class Tally:
 def honest(address: str, until: float, tally: Tally, seed: int) -> None:
     """Do what a person does, over and over."""
     draw = random.Random(seed)
-    photo = (files("relit") / "sample_photos" / "reference.jpg").read_bytes()
+    photo = (files("relit.photo") / "sample_photos" / "reference.jpg").read_bytes()
     with httpx.Client(base_url=address, timeout=120) as client:
         while time.monotonic() < until:
             session = f"/sessions/{client.post('/sessions').json()['session']}"
@@ -109,7 +109,7 @@ def honest(address: str, until: float, tally: Tally, seed: int) -> None:
 def hostile(address: str, until: float, tally: Tally, seed: int) -> None:
     """Send what is not to be sent."""
     draw = random.Random(seed)
-    photo = (files("relit") / "sample_photos" / "target.png").read_bytes()
+    photo = (files("relit.photo") / "sample_photos" / "target.png").read_bytes()
     with httpx.Client(base_url=address, timeout=120) as client:
         session = f"/sessions/{client.post('/sessions').json()['session']}"
         while time.monotonic() < until:

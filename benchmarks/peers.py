@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from relit.grid import Grid, paired
+from relit.solver.neighborhoods import Grid, paired
 
 
 def installed(module: str) -> bool:

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from benchmarks import images, peers
 from benchmarks.measure import Timing, exponent, side_by_side
-from relit.certificate import certify
-from relit.level_sets import solve, tv_l1
-from relit.primal_dual import tv_l1_isotropic
-from relit.threads import pool
+from relit.runtime.threads import pool
+from relit.solver.certificate import certify
+from relit.solver.exact import solve, tv_l1
+from relit.solver.isotropic import tv_l1_isotropic
 
 LAMS = (0.1, 0.2, 0.4, 0.8)
 

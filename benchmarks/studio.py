@@ -16,7 +16,7 @@ from PIL import Image
 from benchmarks.measure import Timing
 from benchmarks.rows import Row
 
-_RELIT = "from relit.cli import main; main()"
+_RELIT = "from relit.cli.app import main; main()"
 _BROWSER = "/usr/bin/chromium"
 _SIDE = 1280  # px of the photos, which a preview of 640 px halves
 _NOSE = 4  # its tip, of the face mesh
@@ -116,7 +116,7 @@ def _rest(page: Any) -> None:
 
 def _enlarged(name: str) -> bytes:
     """Return a sample photo, its longest side of `_SIDE` px."""
-    with (files("relit") / "sample_photos" / name).open("rb") as file, Image.open(file) as photo:
+    with (files("relit.photo") / "sample_photos" / name).open("rb") as file, Image.open(file) as photo:
         scale = _SIDE / max(photo.size)
         large = photo.convert("RGB").resize([round(length * scale) for length in photo.size])
     buffer = io.BytesIO()

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from relit import TransferOptions
-from relit.cases import protocol_cases
-from relit.evaluation import evaluate, images_of, summaries
-from relit.evaluation_figure import truth_figure
-from relit.threads import available
+from relit.evaluate.cases import protocol_cases
+from relit.evaluate.evaluation import evaluate, images_of, summaries
+from relit.evaluate.figure import truth_figure
+from relit.runtime.threads import available
 
 if TYPE_CHECKING:
     import numpy as np

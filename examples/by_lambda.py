@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from examples.faces import relit_face
+from relit.evaluate.scores import score
+from relit.evaluate.yale_b import Light
 from relit.figures import page, split_pictures, strip
-from relit.scores import score
-from relit.yale_b import Light
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -14,10 +14,10 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.ndimage import binary_closing, distance_transform_edt, map_coordinates
 
 from relit import Landmarks, TransferResult, detect_landmarks, read_image, transfer
-from relit.compose import face_mask
-from relit.face_shape import face_shape
-from relit.threads import one_blas_thread
-from relit.yale_b import Light, YaleB
+from relit.evaluate.yale_b import Light, YaleB
+from relit.face.regions import face_mask
+from relit.face.shape import face_shape
+from relit.runtime.threads import one_blas_thread
 
 _GAMMA = 2.2
 _BACKGROUND = 128

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from examples.faces import relit_face
+from relit.evaluate.yale_b import Light
 from relit.figures import contact_sheet
-from relit.yale_b import Light
 
 if TYPE_CHECKING:
     import numpy as np

@@ -8,7 +8,7 @@ import numpy as np
 
 from relit import tv_l1
 from relit.figures import page, strip
-from relit.scale import scale_of
+from relit.ltv.g_value import scale_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from relit import TransferOptions
-from relit.cases import Case, swapped
-from relit.evaluation import images_of
-from relit.evaluation_figure import truth_figure
-from relit.yale_b import FRONTAL, Light
+from relit.evaluate.cases import Case, swapped
+from relit.evaluate.evaluation import images_of
+from relit.evaluate.figure import truth_figure
+from relit.evaluate.yale_b import FRONTAL, Light
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from examples.fig05_truth import PAPER as PAPER
 from examples.fig05_truth import beside_truth
-from relit.yale_b import Light
+from relit.evaluate.yale_b import Light
 
 if TYPE_CHECKING:
     import numpy as np

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from examples.faces import inside, relit_face
-from relit.color import luma
 from relit.figures import page, strip
+from relit.photo.color import luma
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

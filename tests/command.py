@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from relit import cli, relighting
-from relit.detect import detect_landmarks
-from relit.landmark_files import write_landmarks
-from relit.landmarks import Landmarks
-from relit.samples import sample
+from relit import relighting
+from relit.cli import app as cli
+from relit.face.detect import detect_landmarks
+from relit.face.landmark_files import write_landmarks
+from relit.face.landmarks import Landmarks
+from relit.photo.samples import sample
 
 FACES = "--target-landmarks target.csv --reference-landmarks reference.csv"
 TRANSFER = f"transfer target.png reference.png {FACES}"

@@ -12,7 +12,7 @@ if worker := os.environ.get("PYTEST_XDIST_WORKER"):
     # Numba's cache can mix up two versions of a function that two processes save at the same moment.
     os.environ["NUMBA_CACHE_DIR"] = str(Path(__file__).parents[1] / ".numba_cache" / worker)
 
-from relit.landmarks import Landmarks
+from relit.face.landmarks import Landmarks
 from tests.command import fail, place, plain, run, studio, succeed  # noqa: F401 (fixtures)
 
 # Machines are shared and noisy, so no deadline; and a change lands or not by what it does, not by a draw.

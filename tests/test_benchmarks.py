@@ -6,8 +6,8 @@ import pytest
 from benchmarks import images
 from benchmarks.measure import Timing, exponent, side_by_side
 from benchmarks.peers import PyMaxflowDyadic, energy
-from relit.certificate import certify
-from relit.level_sets import tv_l1
+from relit.solver.certificate import certify
+from relit.solver.exact import tv_l1
 
 
 @pytest.mark.parametrize("neighborhood", [4, 8, 16])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from skimage import data
 
+from relit.face.landmarks import Landmarks
 from relit.figures import STAGES, contact_sheet, landmark_overlay, split_pictures, stage_pictures
-from relit.landmarks import Landmarks
-from relit.ltv import decompose
+from relit.ltv.decomposition import decompose
 from relit.relighting import transfer
 
 

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from skimage import data
 
-from relit.compose import face_outline
 from relit.errors import FaceNotFoundError, ImageError, LandmarkError, OptionError
-from relit.image import Photo, read_image
-from relit.landmark_files import read_landmarks
-from relit.landmarks import Landmarks
-from relit.ltv import DARKEST
-from relit.options import TransferOptions
+from relit.face.landmark_files import read_landmarks
+from relit.face.landmarks import Landmarks
+from relit.face.regions import face_outline
+from relit.photo.photo import Photo, read_image
+from relit.photo.pixels import DARKEST
 from relit.relighting import transfer
+from relit.settings.options import TransferOptions
 
 
 @pytest.fixture

@@ -21,10 +21,6 @@ from typing import TYPE_CHECKING, Any
 from relit._version import VERSION
 
 if TYPE_CHECKING:
-    from relit.alignment import Alignment, align
-    from relit.augment import RelightAugment
-    from relit.certificate import Certificate, certify
-    from relit.detect import detect_faces, detect_landmarks
     from relit.errors import (
         FaceNotFoundError,
         ImageError,
@@ -33,52 +29,56 @@ if TYPE_CHECKING:
         OutputError,
         RelitError,
     )
-    from relit.image import Photo, read_image, write_image
-    from relit.landmark_files import read_landmarks, write_landmarks
-    from relit.landmarks import Landmarks
-    from relit.level_sets import tv_l1
-    from relit.ltv import Decomposition, decompose, normalize
-    from relit.options import TransferOptions
-    from relit.primal_dual import IsotropicSolution, tv_l1_isotropic
+    from relit.face.detect import detect_faces, detect_landmarks
+    from relit.face.landmark_files import read_landmarks, write_landmarks
+    from relit.face.landmarks import Landmarks
+    from relit.ltv.decomposition import Decomposition, decompose, normalize
+    from relit.photo.photo import Photo, read_image, write_image
+    from relit.photo.samples import sample
     from relit.relighting import transfer
     from relit.results import Lighting, TransferResult
-    from relit.samples import sample
+    from relit.settings.options import TransferOptions
+    from relit.solver.certificate import Certificate, certify
+    from relit.solver.exact import tv_l1
+    from relit.solver.isotropic import IsotropicSolution, tv_l1_isotropic
+    from relit.train.augment import RelightAugment
+    from relit.warp.alignment import Alignment, align
 
 __version__ = VERSION
 
 # Public name → module. Imported when first used: the solvers bring a compiler along, the detector a runtime.
 # No module has the name of something public, which its import would hide.
 _HOME = {
-    "Alignment": "alignment",
-    "Certificate": "certificate",
-    "Decomposition": "ltv",
+    "Alignment": "warp.alignment",
+    "Certificate": "solver.certificate",
+    "Decomposition": "ltv.decomposition",
     "FaceNotFoundError": "errors",
     "ImageError": "errors",
-    "IsotropicSolution": "primal_dual",
+    "IsotropicSolution": "solver.isotropic",
     "LandmarkError": "errors",
-    "Landmarks": "landmarks",
+    "Landmarks": "face.landmarks",
     "Lighting": "results",
     "OptionError": "errors",
     "OutputError": "errors",
-    "Photo": "image",
-    "RelightAugment": "augment",
+    "Photo": "photo.photo",
+    "RelightAugment": "train.augment",
     "RelitError": "errors",
-    "TransferOptions": "options",
+    "TransferOptions": "settings.options",
     "TransferResult": "results",
-    "align": "alignment",
-    "certify": "certificate",
-    "decompose": "ltv",
-    "detect_faces": "detect",
-    "detect_landmarks": "detect",
-    "normalize": "ltv",
-    "read_image": "image",
-    "read_landmarks": "landmark_files",
-    "sample": "samples",
+    "align": "warp.alignment",
+    "certify": "solver.certificate",
+    "decompose": "ltv.decomposition",
+    "detect_faces": "face.detect",
+    "detect_landmarks": "face.detect",
+    "normalize": "ltv.decomposition",
+    "read_image": "photo.photo",
+    "read_landmarks": "face.landmark_files",
+    "sample": "photo.samples",
     "transfer": "relighting",
-    "tv_l1": "level_sets",
-    "tv_l1_isotropic": "primal_dual",
-    "write_image": "image",
-    "write_landmarks": "landmark_files",
+    "tv_l1": "solver.exact",
+    "tv_l1_isotropic": "solver.isotropic",
+    "write_image": "photo.photo",
+    "write_landmarks": "face.landmark_files",
 }
 
 __all__ = [

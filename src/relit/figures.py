@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from relit.landmarks import Landmarks
-from relit.pixels import from_unit, to_unit
-from relit.views import window_round
+from relit.face.landmarks import Landmarks
+from relit.face.views import window_round
+from relit.photo.pixels import from_unit, to_unit
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from relit.ltv import Decomposition
+    from relit.ltv.decomposition import Decomposition
     from relit.results import TransferResult
 
 #: Names of the stages, in the order in which they arise.

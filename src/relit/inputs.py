@@ -7,24 +7,24 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from relit.alignment import align
-from relit.compose import face_outline
-from relit.detect import detect_landmarks
+from relit.compose.matte import REACH
 from relit.errors import ImageError, OptionError
-from relit.image import Photo, in_one_profile
-from relit.landmarks import Landmarks, as_landmarks, check_inside, check_pair
-from relit.matting import REACH
+from relit.face.detect import detect_landmarks
+from relit.face.landmarks import Landmarks, as_landmarks, check_inside, check_pair
+from relit.face.regions import face_outline
+from relit.face.views import View, Window, view_of, window_round
 from relit.methods import WITH_SECOND_REFERENCE
-from relit.pixels import check_pixels, check_samples
-from relit.views import View, Window, view_of, window_round
+from relit.photo.photo import Photo, in_one_profile
+from relit.photo.pixels import check_pixels, check_samples
+from relit.warp.alignment import align
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
-    from relit.alignment import Alignment
-    from relit.options import TransferOptions
+    from relit.settings.options import TransferOptions
+    from relit.warp.alignment import Alignment
 
     AnyPhoto = NDArray[Any] | Photo
     AnyLandmarks = Landmarks | ArrayLike

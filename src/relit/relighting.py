@@ -15,12 +15,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from relit.blending import base_of, blend
-from relit.compose import face_mask, part_mask
-from relit.control import controlled
+from relit.compose.adjust import controlled
+from relit.compose.blend import base_of, blend
+from relit.compose.matte import eyes_and_teeth, known, matte
+from relit.compose.membrane import fill
 from relit.errors import OptionError
-from relit.face_shape import face_shape
-from relit.image import in_one_profile
+from relit.face.landmarks import check_inside
+from relit.face.regions import face_mask, part_mask
+from relit.face.shape import face_shape
+from relit.face.views import View
 from relit.inputs import (
     as_photo,
     check_region_mask,
@@ -32,21 +35,19 @@ from relit.inputs import (
     landmarks_of,
     seen_reference,
 )
-from relit.landmarks import check_inside
-from relit.ltv import FACE_SCALE
-from relit.matting import eyes_and_teeth, known, matte
-from relit.membrane import fill
+from relit.light.rendering import render
+from relit.ltv.decomposition import FACE_SCALE
+from relit.ltv.g_value import lam_for
 from relit.methods import METHODS
 from relit.methods.scene import Scene
-from relit.options import TransferOptions
-from relit.pixels import to_unit
-from relit.planes import PlaneSpace, plane_space
-from relit.rendering import render
+from relit.photo.photo import in_one_profile
+from relit.photo.pixels import to_unit
+from relit.photo.planes import PlaneSpace, plane_space
+from relit.photo.resampling import reduced
 from relit.results import Lighting, TransferResult
-from relit.scale import lam_for
-from relit.studio_lights import studio_light
-from relit.timing import Stopwatch
-from relit.views import View, reduced
+from relit.runtime.timing import Stopwatch
+from relit.settings.options import TransferOptions
+from relit.settings.studio_lights import studio_light
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from relit.alignment import Alignment
-    from relit.landmarks import Landmarks
-    from relit.ltv import Decomposition
-    from relit.options import TransferOptions
-    from relit.views import View, Window
+    from relit.face.landmarks import Landmarks
+    from relit.face.views import View, Window
+    from relit.ltv.decomposition import Decomposition
+    from relit.settings.options import TransferOptions
+    from relit.warp.alignment import Alignment
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from relit._version import VERSION
 from relit.errors import LandmarkError, OptionError
-from relit.landmarks import Landmarks
-from relit.options import TransferOptions
+from relit.face.landmarks import Landmarks
+from relit.settings.options import TransferOptions
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -27,8 +27,8 @@ import relit
 from relit.batch.forms import FORMS, OF_TARGETS
 from relit.batch.libraries import versions
 from relit.errors import OptionError, OutputError
-from relit.files import save_atomically
-from relit.memo import Keeper, Made, Memo
+from relit.photo.atomic_files import save_atomically
+from relit.runtime.memo import Keeper, Made, Memo
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

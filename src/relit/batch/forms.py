@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from relit.batch.reading import fetch
-from relit.detect import faces_in
-from relit.face_shape import face_shape
-from relit.landmarks import Landmarks
-from relit.ltv import Decomposition, decompose
-from relit.matting import eyes_and_teeth, matte
-from relit.methods.explained import explained_target
+from relit.compose.matte import eyes_and_teeth, matte
+from relit.face.detect import faces_in
+from relit.face.landmarks import Landmarks
+from relit.face.shape import face_shape
+from relit.ltv.decomposition import Decomposition, decompose
+from relit.methods.light_and_person import explained_target
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

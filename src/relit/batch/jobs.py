@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, fields
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from relit.options import TransferOptions
+from relit.settings.options import TransferOptions
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -8,27 +8,27 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from relit.detect import detect_landmarks
 from relit.errors import FaceNotFoundError
+from relit.face.detect import detect_landmarks
+from relit.face.landmark_files import landmarks_as_bytes, landmarks_from
+from relit.face.landmarks import check_inside
 from relit.figures import split_pictures
-from relit.files import NamedBytes
-from relit.image import check_destination, write_image
-from relit.landmark_files import landmarks_as_bytes, landmarks_from
-from relit.landmarks import check_inside
-from relit.ltv import decompose, normalize
-from relit.pixels import from_unit
+from relit.ltv.decomposition import decompose, normalize
+from relit.ltv.g_value import lam_for
+from relit.photo.atomic_files import NamedBytes
+from relit.photo.photo import check_destination, write_image
+from relit.photo.pixels import from_unit
 from relit.relighting import transfer
-from relit.scale import lam_for
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from relit.batch.jobs import Job
     from relit.batch.reading import Content
-    from relit.image import Photo
-    from relit.landmarks import Landmarks
+    from relit.face.landmarks import Landmarks
+    from relit.photo.photo import Photo
     from relit.results import TransferResult
-    from relit.timing import Stopwatch
+    from relit.runtime.timing import Stopwatch
 
     Held = Mapping[str, Content]
 

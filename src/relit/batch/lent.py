@@ -11,7 +11,7 @@ from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING, Any
 
 from relit.errors import ClusterLostError, OptionError, WorkerLostError
-from relit.threads import available, limit
+from relit.runtime.threads import available, limit
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

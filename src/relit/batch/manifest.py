@@ -16,7 +16,7 @@ from typing import IO, TYPE_CHECKING, Any
 from relit.batch import places
 from relit.batch.jobs import Row
 from relit.errors import OptionError
-from relit.options import TransferOptions
+from relit.settings.options import TransferOptions
 
 if TYPE_CHECKING:
     from _csv import Reader

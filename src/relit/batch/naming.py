@@ -11,16 +11,16 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from relit._photo.codecs import FORMATS
 from relit.batch.clashes import counted_from
 from relit.batch.digests import of_several, repeated, short_digest
 from relit.batch.jobs import KINDS, Job, Outcome, options_with
 from relit.errors import OptionError
-from relit.landmark_files import FORMATS as LANDMARK_FORMATS
+from relit.face.landmark_files import FORMATS as LANDMARK_FORMATS
+from relit.photo.codecs.formats import FORMATS
 
 if TYPE_CHECKING:
     from relit.batch.jobs import Row, Rows
-    from relit.options import TransferOptions
+    from relit.settings.options import TransferOptions
 
 #: The folder, in that of the batch, for what is not a result.
 STATE = ".relit"
@@ -53,7 +53,7 @@ class Naming:
     Examples
     --------
     >>> from relit.batch.pairing import Pairs
-    >>> from relit.options import TransferOptions
+    >>> from relit.settings.options import TransferOptions
     >>> pairs = Pairs(["in/a.png", "in/b/a.jpg"], ["ref/x.png", "ref/y.png"])
     >>> naming = Naming(pairs, "transfer", TransferOptions())
     >>> [naming.job(row).output for row in pairs]

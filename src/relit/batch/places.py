@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING
 
 from relit.batch.stores import below, is_file, is_folder, kind_of, masked, path_of, reason, store_of
 from relit.errors import ImageError, OptionError, OutputError, RelitError
-from relit.files import save_atomically
-from relit.image import PHOTO_SUFFIXES
+from relit.photo.atomic_files import save_atomically
+from relit.photo.photo import PHOTO_SUFFIXES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -65,10 +65,10 @@ def read_bytes(place: str) -> bytes:
 def write_atomically(place: str, data: bytes, *, overwrite: bool) -> None:
     """Put bytes into a file, which appears whole or not at all; folders are made as needed.
 
-    On this machine by `relit.files.save_atomically`. Where a store can rename a file, as ``sftp://`` and
-    ``hdfs://`` can, it is written under another name first, and to replace a file means to remove the old
-    one just before. Object stores such as ``s3://`` and ``gs://`` cannot, and need not: what is put there
-    appears when it is complete. Of two who write one new file at a time, the last may win in a store.
+    On this machine by `save_atomically`. Where a store can rename a file, as ``sftp://`` and ``hdfs://`` can,
+    it is written under another name first, and to replace a file means to remove the old one just before.
+    Object stores such as ``s3://`` and ``gs://`` cannot, and need not: what is put there appears when it is
+    complete. Of two who write one new file at a time, the last may win in a store.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ def expand(pattern: str) -> list[str]:
 
     Examples
     --------
-    >>> from relit.samples import sample
+    >>> from relit.photo.samples import sample
     >>> folder = str(sample("target").parent)
     >>> [PurePosixPath(place).name for place in expand(folder + "/t*.*")]
     ['target.png']

@@ -11,10 +11,10 @@ from relit.batch import places
 from relit.batch.jobs import File
 from relit.batch.stamps import Stamp, stamp_of
 from relit.batch.stores import path_of
-from relit.files import NamedBytes
-from relit.image import Photo, read_image
-from relit.memo import remembered
-from relit.pixels import check_pixels
+from relit.photo.atomic_files import NamedBytes
+from relit.photo.photo import Photo, read_image
+from relit.photo.pixels import check_pixels
+from relit.runtime.memo import remembered
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

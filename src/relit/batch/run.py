@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from relit.batch.engines import Engine
     from relit.batch.jobs import Plan, Row, Rows
     from relit.batch.journal import Journal
-    from relit.options import TransferOptions
+    from relit.settings.options import TransferOptions
 
     Item = tuple[Job, Outcome | None]
 

@@ -18,13 +18,13 @@ from relit.batch.kinds import WORK
 from relit.batch.reading import SHELF, Content
 from relit.batch.stamps import stamp_of
 from relit.errors import OutputError, RelitError
-from relit.timing import Stopwatch
+from relit.runtime.timing import Stopwatch
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from relit.batch.jobs import Job, Plan
-    from relit.options import TransferOptions
+    from relit.settings.options import TransferOptions
 
 
 def do(job: Job, plan: Plan, recorded: Outcome | None = None) -> Outcome:

@@ -4,21 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from relit.methods import (
-    log_gaussian,
-    ltv_swap,
-    quotient,
-    shading,
-    spherical_harmonics,
-    statistics,
-    wls,
-)
+from relit.methods import paper, shading
+from relit.methods.baselines import log_gaussian, quotient, spherical_harmonics, statistics, wls
 from relit.methods.scene import Relit, Scene
 
 #: Name in `TransferOptions` → what takes a `Scene` and returns `Relit`.
 METHODS: dict[str, Callable[[Scene], Relit]] = {
     "shading": shading.relight,
-    "ltv": ltv_swap.relight,
+    "ltv": paper.relight,
     "log-gaussian": log_gaussian.relight,
     "wls": wls.relight,
     "moments": statistics.match_moments,

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from relit.ltv import FACE_SCALE
+from relit.ltv.decomposition import FACE_SCALE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
-    from relit.alignment import Alignment
-    from relit.landmarks import Landmarks
-    from relit.ltv import Decomposition
-    from relit.options import TransferOptions
+    from relit.face.landmarks import Landmarks
+    from relit.ltv.decomposition import Decomposition
+    from relit.settings.options import TransferOptions
+    from relit.warp.alignment import Alignment
 
 
 #: Sides of an image, from where on 1/λ is as good as infinite: a blur that wide leaves 10⁻⁸ of its mean.

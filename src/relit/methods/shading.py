@@ -19,15 +19,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from relit.color import LUMA_WEIGHTS
-from relit.methods.explained import explained_faces, shade_on
+from relit.methods.light_and_person import explained_faces, shade_on
 from relit.methods.scene import Relit, Scene, stacked
+from relit.photo.color import LUMA_WEIGHTS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from relit.methods.explained import Face, Plane
-    from relit.options import TransferOptions
+    from relit.methods.light_and_person import Face, Plane
+    from relit.settings.options import TransferOptions
 
 _RESIDUAL, _SHADOW, _SHADOW_FROM = 0.6, 0.6, -0.8  # share of r that is light, more of it below, in log I
 _OTHERS, _ACROSS = 0.9, 0.1  # how little of r counts in features, and how far it is from beyond them

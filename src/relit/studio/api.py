@@ -11,12 +11,12 @@ from fastapi import APIRouter, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 
 from relit._version import VERSION
-from relit.detect import detect_landmarks
-from relit.landmark_files import FORMATS as LANDMARK_FORMATS
-from relit.landmark_files import landmarks_as_bytes
-from relit.options import TransferOptions
+from relit.face.detect import detect_landmarks
+from relit.face.landmark_files import FORMATS as LANDMARK_FORMATS
+from relit.face.landmark_files import landmarks_as_bytes
+from relit.photo.samples import sample
 from relit.results import TransferResult
-from relit.samples import sample
+from relit.settings.options import TransferOptions
 from relit.settings_file import as_points
 from relit.studio.exports import exported
 from relit.studio.models import (

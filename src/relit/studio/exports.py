@@ -7,15 +7,15 @@ import zipfile
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from relit.files import NamedBytes
-from relit.image import write_image
-from relit.landmark_files import landmarks_as_bytes
+from relit.face.landmark_files import landmarks_as_bytes
+from relit.photo.atomic_files import NamedBytes
+from relit.photo.photo import write_image
 from relit.relighting import transfer
 from relit.settings_file import Settings, as_json
 from relit.studio.sessions import ROLES
 
 if TYPE_CHECKING:
-    from relit.options import TransferOptions
+    from relit.settings.options import TransferOptions
     from relit.studio.sessions import Session
 
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, JsonValue, WithJsonSchema
 
-from relit.landmark_files import FORMATS as LANDMARK_FORMATS
-from relit.landmarks import SchemeName
+from relit.face.landmark_files import FORMATS as LANDMARK_FORMATS
+from relit.face.landmarks import SchemeName
 from relit.methods import WITH_SECOND_REFERENCE
-from relit.options import TransferOptions
+from relit.settings.options import TransferOptions
 from relit.studio.pictures import VIEWS
 from relit.studio.sessions import Sitter
 

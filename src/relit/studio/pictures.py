@@ -10,19 +10,19 @@ import numpy as np
 from PIL import Image
 
 from relit.figures import view_pictures
-from relit.memo import remembered
-from relit.pixels import from_unit, to_unit
+from relit.photo.pixels import from_unit, to_unit
+from relit.photo.resampling import reduced
 from relit.relighting import transfer
+from relit.runtime.memo import remembered
 from relit.studio.sessions import Session, Sitter
-from relit.views import reduced
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from relit.image import Photo
-    from relit.landmarks import Landmarks
-    from relit.options import TransferOptions
+    from relit.face.landmarks import Landmarks
+    from relit.photo.photo import Photo
     from relit.results import TransferResult
+    from relit.settings.options import TransferOptions
 
 #: Names of the views, in the order in which they are shown; a method has some of them.
 VIEWS = {

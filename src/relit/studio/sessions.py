@@ -8,15 +8,15 @@ import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from relit.detect import detect_landmarks
 from relit.errors import FaceNotFoundError, RelitError
-from relit.memo import Memo, size_of
+from relit.face.detect import detect_landmarks
+from relit.runtime.memo import Memo, size_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from relit.image import Photo
-    from relit.landmarks import Landmarks
+    from relit.face.landmarks import Landmarks
+    from relit.photo.photo import Photo
 
 #: Seconds without a request after which a session ends.
 EXPIRES = 3600

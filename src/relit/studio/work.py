@@ -8,10 +8,10 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import ParamSpec, TypeVar
 
 from relit.errors import LandmarkError
-from relit.image import read_image
-from relit.landmark_files import landmarks_from
-from relit.landmarks import Landmarks, check_inside
-from relit.pixels import check_pixels
+from relit.face.landmark_files import landmarks_from
+from relit.face.landmarks import Landmarks, check_inside
+from relit.photo.photo import read_image
+from relit.photo.pixels import check_pixels
 from relit.studio.models import Marks, PhotoFacts
 from relit.studio.sessions import Session, Sessions, Sitter, seated
 

@@ -1,0 +1,144 @@
+"""The options of the commands, made from `TransferOptions` wherever it declares them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields, replace
+from typing import Any
+
+import click
+from click.core import ParameterSource
+
+from relit.errors import OptionError
+from relit.settings.options import TransferOptions
+
+Command = Callable[..., None]
+Decorator = Callable[[Command], Command]
+
+ALIGNMENT = ("kernel", "affine", "smoothing")
+SPLIT = ("lam", "neighborhood")
+
+output_option = click.option(
+    "-o", "--output", required=True, metavar="FILE", help="Photo to write; - is stdout."
+)
+force_option = click.option("--force", is_flag=True, help="Replace files that exist.")
+json_option = click.option("--json", "as_json", is_flag=True, help="Print what was done, as JSON, on stdout.")
+
+
+class NumberOrWord(click.ParamType[float | str]):
+    """A number, or one of the words that stand for one."""
+
+    name = "float"
+
+    def __init__(self, words: tuple[str, ...]) -> None:
+        self.words = words
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
+        """Return the number, or the word."""
+        if value in self.words:
+            return str(value)
+        try:
+            return float(value)
+        except ValueError:
+            words = " nor ".join(map(repr, self.words))
+            self.fail(f"{value!r} is neither a number nor {words}.", param, ctx)
+
+
+def transfer_options(*names: str) -> Decorator:
+    """Add the named transfer options, or all, to a command; the command gets them by field name."""
+
+    def decorate(command: Command) -> Command:
+        for option in reversed(fields(TransferOptions)):
+            if names and option.name not in names:
+                continue
+            flag, choices = option.metadata["flag"], option.metadata["choices"]
+            kind: click.ParamType[Any] | None
+            if isinstance(option.default, bool):
+                flag, kind = f"{flag}/{flag.replace('--', '--no-')}", None
+            elif choices:
+                kind = click.Choice([str(choice) for choice in choices])
+            elif option.metadata["text"]:
+                kind = click.STRING
+            else:
+                words = option.metadata["words"]
+                kind = NumberOrWord(words) if words else click.FLOAT
+            default = str(option.default) if choices else option.default
+            command = click.option(
+                flag, option.name, type=kind, default=default, show_default=True, help=option.metadata["help"]
+            )(command)
+        return command
+
+    return decorate
+
+
+def settings_of(given: dict[str, Any], saved: TransferOptions | None = None) -> TransferOptions:
+    """Return options from what the command line gave; choices come back as the values they stand for.
+
+    Of saved options, those stay that the command line does not give.
+    """
+    known = {option.name: option for option in fields(TransferOptions)}
+    values = {}
+    for name, value in given.items():
+        meant = [choice for choice in known[name].metadata["choices"] if str(choice) == value]
+        values[name] = meant[0] if meant else value
+    if saved is not None:
+        source = click.get_current_context().get_parameter_source
+        values = {
+            name: value for name, value in values.items() if source(name) == ParameterSource.COMMANDLINE
+        }
+    try:
+        return replace(saved or TransferOptions(), **values)
+    except OptionError as error:
+        # The user knows the flag, not the field.
+        name, _, rest = str(error).partition(":")
+        raise OptionError(f"{known[name].metadata['flag']}:{rest}") from None
+
+
+def check_streams(output: str, as_json: bool, *inputs: str) -> None:
+    """Refuse to use a standard stream twice."""
+    if output == "-" and as_json:
+        raise click.UsageError("stdout cannot take both the photo and --json; write the photo to a file.")
+    if inputs.count("-") > 1:
+        raise click.UsageError("stdin holds one photo; give the other as a file.")
+
+
+def face_options(role: str, prefix: str = "", *, several: bool = False) -> Decorator:
+    """Add the options that say where the face of a photo is, or of several photos."""
+    again = ", once for each" if several else ""
+
+    def decorate(command: Command) -> Command:
+        flag = prefix.replace("_", "-")
+        short = ["--face"] if role == "target" else []
+        command = click.option(
+            *short,
+            f"--{flag}face",
+            f"{prefix}face",
+            type=click.IntRange(min=0),
+            metavar="N",
+            multiple=several,
+            help=f"Which face of the {role}{again}: 0 is the largest, 1 the next. [default: 0]",
+        )(command)
+        return click.option(
+            f"--{flag}landmarks",
+            f"{prefix}landmarks",
+            type=click.Path(),
+            metavar="FILE",
+            multiple=several,
+            help=f"Landmarks of the {role}{again}, instead of detected ones: .pts, .tem, .json, .csv or "
+            ".xml.",
+        )(command)
+
+    return decorate
+
+
+def pair_options(command: Command) -> Command:
+    """Add what every command on a target and a reference takes."""
+    for decorate in (
+        face_options("reference", "reference_"),
+        face_options("target", "target_"),
+        output_option,
+        click.argument("reference"),
+        click.argument("target"),
+    ):
+        command = decorate(command)
+    return command

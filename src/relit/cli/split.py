@@ -1,0 +1,143 @@
+"""The commands on one photo: ``relit decompose`` and ``relit normalize``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from relit.cli.options import (
+    SPLIT,
+    Command,
+    face_options,
+    force_option,
+    json_option,
+    output_option,
+    settings_of,
+    transfer_options,
+)
+from relit.cli.terminal import PictureFolder, Source, progress, read_photo, report, solving
+
+if TYPE_CHECKING:
+    from relit.photo.photo import Photo
+    from relit.settings.options import TransferOptions
+
+
+def _split_options(command: Command) -> Command:
+    """Add what says where the face is and how to split it."""
+    eye_distance = click.option(
+        "--eye-distance",
+        type=click.FLOAT,
+        metavar="PX",
+        help="Distance of the eyes in px, which sets the scale of lambda, instead of finding the face; at "
+        "100, lambda is in 1/px.",
+    )
+    for decorate in (
+        json_option,
+        force_option,
+        transfer_options(*SPLIT),
+        eye_distance,
+        face_options("photo"),
+    ):
+        command = decorate(command)
+    return command
+
+
+def _scale_of(
+    photo: Photo, source: Source, eye_distance: float | None, settings: TransferOptions
+) -> tuple[float, float]:
+    """Return the distance of the eyes in px, and lambda for eyes 100 px apart."""
+    from relit.ltv.g_value import lam_for
+
+    if eye_distance is not None:
+        return eye_distance, float(settings.lam)
+    with progress("Finding the face"):
+        found = source.face_in(photo)
+    return found.interocular_distance, lam_for(found, settings)
+
+
+def _check(eye_distance: float | None, source: Source, settings: TransferOptions) -> None:
+    if eye_distance is None:
+        return
+    if source.landmarks or source.face is not None:
+        raise click.UsageError("--eye-distance stands in for the face; give it, or --landmarks and --face.")
+    if settings.lam == "auto":
+        raise click.UsageError("--lambda auto needs the face; give --landmarks instead of --eye-distance.")
+
+
+@click.command()
+@click.argument("image")
+@click.option("-o", "--output", required=True, metavar="DIR", help="Folder for u.png and v.png.")
+@_split_options
+def decompose(
+    image: str,
+    output: str,
+    landmarks: str | None,
+    face: int | None,
+    eye_distance: float | None,
+    force: bool,
+    as_json: bool,
+    **given: Any,
+) -> None:
+    """Split IMAGE into light (u) and person (v): I = u * v.
+
+    In the picture of v, 1 is mid grey, and 2 and above is white.
+    """
+    settings, source = settings_of(given), Source("image", image, landmarks, face)
+    _check(eye_distance, source, settings)
+
+    from relit.figures import split_pictures
+    from relit.ltv.decomposition import decompose as run
+
+    folder = PictureFolder(output, ("u.png", "v.png"), force)
+    photo = read_photo(image)
+    distance, lam = _scale_of(photo, source, eye_distance, settings)
+    with solving("Splitting"):
+        split = run(photo.pixels, lam, neighborhood=settings.neighborhood, interocular_distance=distance)
+    u, v = split_pictures(split)
+    saved = folder.save({"u.png": u, "v.png": v})
+    report(as_json, output=saved, lambda_px=split.lam, eye_distance=distance)
+
+
+@click.command()
+@click.argument("image")
+@output_option
+@_split_options
+def normalize(
+    image: str,
+    output: str,
+    landmarks: str | None,
+    face: int | None,
+    eye_distance: float | None,
+    force: bool,
+    as_json: bool,
+    **given: Any,
+) -> None:
+    """Take the light out of IMAGE, for face recognition: v of its lightness, in grey.
+
+    Mid grey is as bright as the surroundings of a pixel.
+    """
+    settings, source = settings_of(given), Source("image", image, landmarks, face)
+    _check(eye_distance, source, settings)
+    if output == "-" and as_json:
+        raise click.UsageError("stdout cannot take both the photo and --json; write the photo to a file.")
+
+    from dataclasses import replace
+
+    import numpy as np
+
+    from relit.ltv.decomposition import normalize as run
+    from relit.photo.photo import check_destination, write_image
+    from relit.photo.pixels import from_unit
+
+    photo = read_photo(image)
+    grey = np.zeros(
+        photo.pixels.shape[:2], photo.pixels.dtype if photo.pixels.dtype.kind == "u" else np.uint8
+    )
+    picture = replace(photo, pixels=grey, alpha=None, profile=None)
+    check_destination(output, like=picture, overwrite=force)
+    distance, lam = _scale_of(photo, source, eye_distance, settings)
+    with solving("Normalizing"):
+        v = run(photo.pixels, lam, neighborhood=settings.neighborhood, interocular_distance=distance)
+    write_image(output, from_unit(v, grey.dtype), like=picture, overwrite=force)
+    report(as_json, output=output, lambda_px=lam * 100 / distance, eye_distance=distance)

@@ -1,0 +1,105 @@
+"""What to evaluate on: transfers whose result is known, from a protocol of Yale B or a table of photos."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from relit.errors import OptionError
+from relit.evaluate.yale_b import Light, read_table
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Case:
+    """One transfer whose result is known.
+
+    Attributes
+    ----------
+    pair : str
+        Who lends light to whom; cases of one pair are not independent of one another.
+    group : str
+        What the case is summed up with, such as the subset of its light.
+    target, reference, truth : tuple
+        ``(subject, light)`` of a Yale B folder, or ``(path,)``.
+    second_reference : tuple or None
+        The reference's face in the target's light, of the same kind, if there is one.
+    """
+
+    pair: str
+    group: str
+    target: tuple[Any, ...]
+    reference: tuple[Any, ...]
+    truth: tuple[Any, ...]
+    second_reference: tuple[Any, ...] | None = None
+
+
+def protocol_cases(path: Path, chosen: str) -> list[Case]:
+    """Return the cases of one set of a Yale B protocol.
+
+    Parameters
+    ----------
+    path : Path
+        A CSV file of the columns set, target, reference, target_azimuth, target_elevation, azimuth and
+        elevation.
+    chosen : str
+        The set.
+
+    Raises
+    ------
+    OptionError
+        If the file cannot be read as such a table, or has no such set.
+    """
+    names = dict.fromkeys(("set", "target", "reference"), str)
+    angles = dict.fromkeys(("target_azimuth", "target_elevation", "azimuth", "elevation"), int)
+    rows = read_table(path, {**names, **angles})
+    if not any(row["set"] == chosen for row in rows):
+        sets = ", ".join(sorted({row["set"] for row in rows}))
+        raise OptionError(f"--set: {path} has no set {chosen!r}; expected one of {sets}")
+    return [
+        _yale_case(
+            (row["target"], Light(row["target_azimuth"], row["target_elevation"])),
+            (row["reference"], Light(row["azimuth"], row["elevation"])),
+        )
+        for row in rows
+        if row["set"] == chosen
+    ]
+
+
+def _yale_case(target: tuple[str, Light], reference: tuple[str, Light]) -> Case:
+    (subject, own), (other, light) = target, reference
+    return Case(
+        f"{subject} < {other}", f"subset {light.subset}", target, reference, (subject, light), (other, own)
+    )
+
+
+def swapped(case: Case) -> Case:
+    """Return the case of a Yale B folder in which the two faces swap their roles."""
+    return _yale_case(case.reference, case.target)
+
+
+def triple_cases(path: Path) -> list[Case]:
+    """Return the cases of a CSV file of the columns target, reference and truth: paths, from where it is.
+
+    A column ``group`` is what to sum up by; without it, all is one. A column ``second_reference`` has the
+    reference's face in the target's light, for the methods that take one. The truth must lie on its target
+    pixel by pixel.
+
+    Raises
+    ------
+    OptionError
+        If the file cannot be read as such a table.
+    """
+    return [
+        Case(
+            f"{row['target']} < {row['reference']}",
+            row.get("group") or "all",
+            (path.parent / row["target"],),
+            (path.parent / row["reference"],),
+            (path.parent / row["truth"],),
+            (path.parent / row["second_reference"],) if row.get("second_reference") else None,
+        )
+        for row in read_table(path, dict.fromkeys(("target", "reference", "truth"), str))
+    ]

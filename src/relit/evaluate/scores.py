@@ -1,0 +1,157 @@
+"""How near a relit face is to the truth: errors before and after the best exposure, and likeness."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.ndimage import uniform_filter
+
+from relit.errors import ImageError
+from relit.ltv.decomposition import normalize
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+_WINDOW = 7
+_K1, _K2 = 0.01, 0.03
+
+
+@dataclass(frozen=True)
+class Scores:
+    """Figures of one relit image.
+
+    Attributes
+    ----------
+    raw : float
+        Mean absolute error in % of the range of values: the figure of the paper.
+    gain : float
+        The same after the one gain that fits best in least squares: the strength of a flash cannot be known
+        from one reference, and the raw figure mixes it in.
+    ssim : float
+        Structural similarity after that gain, up to 1: whether it still is this person.
+    identity : float
+        By how much the features of the image correlate more with those of the truth than with those of the
+        reference: below 0 it is rather the other person. Features are v of the LTV model.
+    """
+
+    raw: float
+    gain: float
+    ssim: float
+    identity: float
+
+
+def score(
+    image: NDArray[Any],
+    truth: NDArray[Any],
+    reference: NDArray[Any],
+    *,
+    peak: float = 255.0,
+    border: int = 8,
+) -> Scores:
+    """Compare a relit image with the truth.
+
+    Parameters
+    ----------
+    image, truth, reference : (H, W) or (H, W, 3) array
+        Of one shape and scale; the reference as it lies on the target.
+    peak : float
+        The greatest value that a pixel can have.
+    border : int
+        Rows and columns at every edge that do not count, in px.
+
+    Returns
+    -------
+    Scores
+
+    Raises
+    ------
+    ImageError
+        If the shapes differ, or nothing is left within the border.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> truth = np.linspace(0, 200, 32 * 32).reshape(32, 32)
+    >>> dim = score(truth / 2, truth, np.flipud(truth))
+    >>> round(dim.raw, 1), round(dim.gain, 6), round(dim.ssim, 6)
+    (19.6, 0.0, 1.0)
+    """
+    if image.shape != truth.shape:
+        raise ImageError(f"image: expected the shape of the truth, {truth.shape}, got {image.shape}")
+    if min(image.shape[:2]) < 2 * border + _WINDOW:
+        least = 2 * border + _WINDOW
+        raise ImageError(
+            f"image: expected sides of {least} px or more, got {image.shape}; use a smaller border"
+        )
+    inner = (slice(border, image.shape[0] - border), slice(border, image.shape[1] - border))
+    got, wanted = image[inner].astype(np.float64), truth[inner].astype(np.float64)
+    power = float((got * got).sum())
+    fitted = got * ((got * wanted).sum() / power if power > 0 else 1.0)
+    ours, true, other = (_features(one[inner], peak) for one in (image, truth, reference))
+    return Scores(
+        raw=float(np.abs(got - wanted).mean() / peak * 100),
+        gain=float(np.abs(fitted - wanted).mean() / peak * 100),
+        ssim=structural_similarity(fitted, wanted, peak),
+        identity=_correlation(ours, true) - _correlation(ours, other),
+    )
+
+
+def likeness(a: NDArray[Any], b: NDArray[Any], peak: float) -> float:
+    """Return the correlation of the features of two images, whatever their light; 0 where one has none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> face = np.random.default_rng(0).integers(20, 100, (32, 32))
+    >>> round(likeness(face, 2 * face, 255), 6)
+    1.0
+    """
+    return _correlation(_features(a, peak), _features(b, peak))
+
+
+def _features(image: NDArray[Any], peak: float) -> NDArray[np.float64]:
+    levels = np.asarray(np.clip(np.rint(image / peak * 255), 0, 255), np.uint8)
+    return np.log(normalize(levels))
+
+
+def _correlation(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+    spread = float(a.std()), float(b.std())
+    if min(spread) < 1e-6:
+        return 0.0
+    return float(((a - a.mean()) * (b - b.mean())).mean() / (spread[0] * spread[1]))
+
+
+def structural_similarity(a: NDArray[np.float64], b: NDArray[np.float64], peak: float) -> float:
+    """Return the mean structural similarity of two images [1]_, over windows of 7 by 7 px and all channels.
+
+    References
+    ----------
+    .. [1] Z. Wang, A. C. Bovik, H. R. Sheikh, E. P. Simoncelli, "Image quality assessment: from error
+           visibility to structural similarity", IEEE TIP 13(4), 2004.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> image = np.arange(100.0).reshape(10, 10)
+    >>> structural_similarity(image, image, 255)
+    1.0
+    """
+    size = (_WINDOW, _WINDOW) + (1,) * (a.ndim - 2)
+    samples = _WINDOW**2
+    unbiased = samples / (samples - 1)
+
+    def local(image: NDArray[np.float64]) -> NDArray[np.float64]:
+        # Only windows that lie inside count.
+        half = _WINDOW // 2
+        return np.asarray(uniform_filter(image, size))[half:-half, half:-half]
+
+    mean_a, mean_b = local(a), local(b)
+    var_a = unbiased * (local(a * a) - mean_a**2)
+    var_b = unbiased * (local(b * b) - mean_b**2)
+    covariance = unbiased * (local(a * b) - mean_a * mean_b)
+    c1, c2 = (_K1 * peak) ** 2, (_K2 * peak) ** 2
+    brightness = (2 * mean_a * mean_b + c1) / (mean_a**2 + mean_b**2 + c1)
+    structure = (2 * covariance + c2) / (var_a + var_b + c2)
+    return float((brightness * structure).mean())

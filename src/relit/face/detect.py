@@ -1,0 +1,208 @@
+"""Find faces and their 478 landmarks in photos.
+
+The networks of `face_models` look at the photo and at a brightened version of it, since they were trained on
+well-lit faces, and the surer answer counts.
+
+What is tried, until something finds a face: the whole photo, alone, with a margin (for tight crops) and in
+quarter turns (for photos on their side or head); a centred square without the detector, for crops so tight
+that no box fits; tiles of a half and a quarter of the photo's size, for small faces.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from PIL import Image
+
+from relit.errors import FaceNotFoundError
+from relit.face.face_models import Square, see_boxes, see_mesh
+from relit.face.landmarks import Landmarks
+from relit.photo.pixels import check_pixels, from_unit, to_unit
+from relit.runtime.memo import remembered
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+#: The least presence that counts as a face. A cat reaches 0.03, a face in profile beyond 75° less than 0.06.
+LEAST_PRESENCE = 0.5
+
+# Tiles and turns are many, and so are chances to see a face in a spoon: they must be surer. A face in the
+# turn nearest to upright scores above 0.8; upside down it scores less, though the mesh may be sure of itself.
+_LEAST_SCORE, _LEAST_SCORE_ELSEWHERE = 0.5, 0.7
+_GAMMAS = (1.0, 0.45)
+_AROUND = 1.5  # side of the mesh's square over that of the face's box
+_MARGIN = 1.5  # side of the view that gives a tight crop some room, over the photo's longer side
+_OVERVIEW = 1024  # px to look for boxes in, enough for tiles of a quarter; the mesh sees the photo's own
+_EYE_CORNERS = (33, 263)
+
+
+def detect_landmarks(image: NDArray[Any], *, face: int = 0, name: str = "image") -> Landmarks:
+    """Return the landmarks of one face.
+
+    Parameters
+    ----------
+    image : (H, W) or (H, W, 3) array
+        Grey or sRGB: uint8, uint16, or float in [0, 1].
+    face : int
+        Which face, 0 for the largest.
+    name : str
+        The image's name, for messages.
+
+    Returns
+    -------
+    Landmarks
+        Of scheme ``mesh478``, ``(478, 3)``, in px; z grows away from the camera, at the scale of x. Its
+        `confidence` is the presence.
+
+    Raises
+    ------
+    ImageError
+        If the image is not a photo's pixels.
+    FaceNotFoundError
+        If there is no face, or not that many.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> detect_landmarks(np.zeros((64, 64), np.uint8), name="target")
+    Traceback (most recent call last):
+        ...
+    relit.errors.FaceNotFoundError: target: no face found; use a photo with a larger, upright face turned \
+no more than 75°, or place landmarks by hand (in relit studio, or --target-landmarks FILE)
+    """
+    found = detect_faces(image, name=name)
+    if not found:
+        option = f"--{name}-landmarks FILE" if name in ("target", "reference") else "--landmarks FILE"
+        raise FaceNotFoundError(
+            f"{name}: no face found; use a photo with a larger, upright face turned no more than 75°, or "
+            f"place landmarks by hand (in relit studio, or {option})"
+        )
+    if not 0 <= face < len(found):
+        raise FaceNotFoundError(
+            f"{name}: there is no face {face}; {len(found)} found, counted from 0, the largest first"
+        )
+    return found[face]
+
+
+def detect_faces(image: NDArray[Any], *, name: str = "image") -> list[Landmarks]:
+    """Return the landmarks of all faces found, the largest first.
+
+    A photo in which the whole view finds a face is not searched for smaller ones in tiles.
+
+    Parameters
+    ----------
+    image : (H, W) or (H, W, 3) array
+        Grey or sRGB: uint8, uint16, or float in [0, 1].
+    name : str
+        The image's name, for messages.
+
+    Returns
+    -------
+    list of Landmarks
+        As of `detect_landmarks`; empty where there is no face.
+
+    Raises
+    ------
+    ImageError
+        If the image is not a photo's pixels.
+    """
+    check_pixels(image, name)
+    return list(faces_in(image if image.dtype == np.uint8 else from_unit(to_unit(image), np.uint8)))
+
+
+@remembered
+def faces_in(pixels: NDArray[np.uint8]) -> tuple[Landmarks, ...]:
+    """Return what `detect_faces` does: all that it knows of a photo are its pixels, in 8 bits."""
+    photo = Image.fromarray(pixels).convert("RGB")
+    factor = max(max(photo.size) // _OVERVIEW, 1)
+    for squares in _views(photo.reduce(factor)):
+        faces = _distinct([fit for square in squares if (fit := _fit(photo, square.scaled(factor)))])
+        if faces:
+            return tuple(sorted(faces, key=lambda face: -face.interocular_distance))
+    return ()
+
+
+def _views(photo: Image.Image) -> Iterator[list[Square]]:
+    """Yield lists of squares that may hold a face, the most promising first."""
+    width, height = photo.size
+    middle, longest = ((width - 1) / 2, (height - 1) / 2), max(width, height)
+    upright = [Square(*middle, longest), Square(*middle, _MARGIN * longest)]
+    turned = [Square(*middle, longest, quarters * np.pi / 2) for quarters in (1, 2, 3)]
+    yield _boxes(
+        photo,
+        [(view, _LEAST_SCORE) for view in upright] + [(view, _LEAST_SCORE_ELSEWHERE) for view in turned],
+    )
+    # As if a face filled the photo.
+    yield [Square(*middle, _AROUND * min(width, height))]
+    for parts in (2, 4):
+        side = longest / parts
+        # Half a tile apart, so that a face cut by one tile is whole in another.
+        places = [
+            np.linspace(side / 2, max(size - side / 2, side / 2), max(int(np.ceil(2 * size / side)) - 1, 1))
+            for size in (width, height)
+        ]
+        yield _boxes(
+            photo, [(Square(x, y, side), _LEAST_SCORE_ELSEWHERE) for y in places[1] for x in places[0]]
+        )
+
+
+def _boxes(photo: Image.Image, views: list[tuple[Square, float]]) -> list[Square]:
+    """Return the squares round the faces that the detector sees in the views, each with its least score.
+
+    Of squares round the same face, seen in several views, the one of the best score stays.
+    """
+    seen: list[tuple[float, Square]] = []
+    for view, least_score in views:
+        for gamma in _GAMMAS:
+            for box, score in zip(*see_boxes(photo, view, gamma, least_score), strict=True):
+                (x, y), right, left = (view.to_photo(point[None])[0] for point in (box[0], box[2], box[3]))
+                angle = float(np.arctan2(left[1] - right[1], left[0] - right[0]))
+                seen.append((score, Square(x, y, _AROUND * view.side * float(box[1].max()), angle)))
+    squares: list[Square] = []
+    for _, square in sorted(seen, key=lambda entry: -entry[0]):
+        if not any(_same_place(square, other) for other in squares):
+            squares.append(square)
+    return squares
+
+
+def _fit(photo: Image.Image, square: Square) -> Landmarks | None:
+    """Place the mesh, once more in a square that fits it, and return it if it is a face."""
+    looks = [(gamma, *see_mesh(photo, square, gamma)) for gamma in _GAMMAS]
+    gamma, points, presence = max(looks, key=lambda look: look[2])
+    # A weak first look in a poor square may become a sure one in a good square; a hopeless one does not.
+    if presence < LEAST_PRESENCE / 10:
+        return None
+    points, presence = see_mesh(photo, _square_round(points), gamma)
+    return Landmarks(points, "mesh478", presence) if presence >= LEAST_PRESENCE else None
+
+
+def _square_round(points: NDArray[np.float64]) -> Square:
+    """Return the square to look for a known mesh in: upright to the eyes, 1.5 times as large as the face."""
+    right, left = points[list(_EYE_CORNERS), :2]
+    angle = float(np.arctan2(left[1] - right[1], left[0] - right[0]))
+    upright = Square(0.0, 0.0, 1.0, -angle).to_photo(points[:, :2] + 0.5)
+    low, high = upright.min(axis=0), upright.max(axis=0)
+    x, y = Square(0.0, 0.0, 1.0, angle).to_photo((low + high)[None] / 2 + 0.5)[0]
+    return Square(x, y, _AROUND * float((high - low).max()), angle)
+
+
+def _distinct(faces: list[Landmarks]) -> list[Landmarks]:
+    """Return each face once, with its surest mesh."""
+    kept: list[tuple[Square, Landmarks]] = []
+    for face in sorted(faces, key=lambda face: -(face.confidence or 0)):
+        square = _square_round(face.points)
+        if not any(_same_place(square, other) for other, _ in kept):
+            kept.append((square, face))
+    return [face for _, face in kept]
+
+
+def _same_place(one: Square, other: Square) -> bool:
+    """Whether two squares are round the same face: the middle of the smaller is in the face of the larger.
+
+    Intersection over union would keep the faces that the networks see within a face, in an eye or a mouth.
+    """
+    away = max(abs(one.x - other.x), abs(one.y - other.y))
+    return away < max(one.side, other.side) / _AROUND / 2

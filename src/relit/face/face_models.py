@@ -1,0 +1,202 @@
+"""The two networks of MediaPipe's FaceMesh, run by LiteRT: squares of a photo in, boxes and meshes out.
+
+The *detector* [1]_ looks at a square, 128 px a side, for boxes with a face; the *mesh* [2]_ places 478 points
+in a square round a face, 256 px a side, and tells how sure it is that there is one (*presence*).
+
+References
+----------
+.. [1] V. Bazarevsky et al., "BlazeFace: sub-millisecond neural face detection on mobile GPUs", CVPR Workshop
+       on Computer Vision for AR/VR, 2019.
+.. [2] Y. Kartynnik et al., "Real-time facial surface geometry from monocular video on mobile GPUs", same
+       workshop, 2019.
+"""
+
+from __future__ import annotations
+
+import threading
+from functools import cache
+from importlib import resources
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+from PIL import Image
+from scipy.ndimage import affine_transform
+from scipy.special import expit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+_LEAST_OVERLAP = 0.3  # intersection over union, above which two boxes of one look are one face
+_BOX_SIDE, _MESH_SIDE = 128, 256
+
+
+class Square(NamedTuple):
+    """A turned square of the photo: centre and side in px, and angle in radians."""
+
+    x: float
+    y: float
+    side: float
+    angle: float = 0.0
+
+    def to_photo(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (n, 2) points of the unit square as ``(x, y)`` in the photo."""
+        cos, sin = np.cos(self.angle), np.sin(self.angle)
+        turn = np.array([[cos, sin], [-sin, cos]])
+        return np.asarray((points - 0.5) * self.side @ turn + (self.x, self.y))
+
+    def scaled(self, factor: float) -> Square:
+        """Return the same square of the photo enlarged; its corner, not its first pixel's centre, stays."""
+        x, y = (self.x + 0.5) * factor - 0.5, (self.y + 0.5) * factor - 0.5
+        return Square(x, y, self.side * factor, self.angle)
+
+
+def see_boxes(
+    photo: Image.Image, view: Square, gamma: float, least_score: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Run the detector on a view of an RGB photo; return what `decode_boxes` does.
+
+    Parameters
+    ----------
+    photo : PIL.Image.Image
+        RGB.
+    view : Square
+        Where to look; black beyond the photo.
+    gamma : float
+        Exponent of the values in [0, 1]: below 1 brightens.
+    least_score : float
+        Probability from which on a box counts.
+    """
+    crop = take_crop(photo, view, _BOX_SIDE, "constant")
+    regressors, scores = _run("face_detector.tflite", 2 * crop**gamma - 1)
+    return decode_boxes(regressors, scores, least_score)
+
+
+def see_mesh(photo: Image.Image, square: Square, gamma: float) -> tuple[NDArray[np.float64], float]:
+    """Place the mesh in a square of an RGB photo.
+
+    Returns
+    -------
+    points : (478, 3) array
+        ``(x, y, z)`` in px of the photo, z at the scale of x.
+    presence : float
+        Probability that the square shows a face.
+    """
+    points, presence, _ = _run(
+        "face_landmarks_detector.tflite", take_crop(photo, square, _MESH_SIDE, "nearest") ** gamma
+    )
+    unit = points.reshape(478, 3).astype(np.float64) / _MESH_SIDE
+    placed = np.column_stack([square.to_photo(unit[:, :2]), unit[:, 2] * square.side])
+    return placed, float(expit(np.float64(presence.item())))
+
+
+def decode_boxes(
+    regressors: NDArray[np.float32], scores: NDArray[np.float32], least_score: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Turn the detector's output into boxes, and merge those that overlap, weighted by their scores.
+
+    Parameters
+    ----------
+    regressors : (1, 896, 16) array
+        Per anchor, in px of its 128 px input: centre, size, and six keypoints, centre and keypoints from the
+        anchor.
+    scores : (1, 896, 1) array
+        Logits.
+    least_score : float
+        Probability from which on a box counts.
+
+    Returns
+    -------
+    boxes : (n, 8, 2) array
+        Per face, the best first: centre, size, right eye, left eye and four more keypoints, in [0, 1].
+    scores : (n,) array
+        The best probability of each.
+    """
+    boxes = regressors.reshape(-1, 8, 2).astype(np.float64) / _BOX_SIDE
+    boxes[:, [0, 2, 3, 4, 5, 6, 7]] += anchors()[:, None]
+    chance = expit(scores.ravel().astype(np.float64))
+    order = np.argsort(-chance, kind="stable")
+    order = order[chance[order] >= least_score]
+    boxes, chance = boxes[order], chance[order]
+    merged, best = [], []
+    while len(boxes):
+        same = overlap(boxes[0], boxes) > _LEAST_OVERLAP
+        same[0] = True
+        merged.append(np.average(boxes[same], axis=0, weights=chance[same]))
+        best.append(chance[0])
+        boxes, chance = boxes[~same], chance[~same]
+    return np.array(merged).reshape(-1, 8, 2), np.array(best)
+
+
+@cache
+def anchors() -> NDArray[np.float64]:
+    """Return the centres, (896, 2) in [0, 1], from which the detector's outputs count.
+
+    Two anchors for every cell of 8 px, then six for every cell of 16 px, row by row.
+    """
+    grids = []
+    for stride, count in ((8, 2), (16, 6)):
+        axis = (np.arange(_BOX_SIDE // stride) + 0.5) * stride / _BOX_SIDE
+        cells = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
+        grids.append(np.repeat(cells, count, axis=0))
+    return np.concatenate(grids)
+
+
+def overlap(box: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return intersection over union of a box with others; row 0 is the centre, row 1 the size."""
+    low = np.maximum(box[0] - box[1] / 2, others[:, 0] - others[:, 1] / 2)
+    high = np.minimum(box[0] + box[1] / 2, others[:, 0] + others[:, 1] / 2)
+    common = np.clip(high - low, 0, None).prod(axis=-1)
+    union = box[1].prod() + others[:, 1].prod(axis=-1) - common
+    return np.asarray(np.divide(common, union, out=np.zeros_like(union), where=union > 0))
+
+
+def take_crop(
+    photo: Image.Image, square: Square, size: int, outside: Literal["constant", "nearest"]
+) -> NDArray[np.float32]:
+    """Return the square, sampled at size x size px, in [0, 1]; averaged first where that shrinks it."""
+    step = square.side / size
+    factor = max(int(step), 1)
+    corners = square.to_photo(np.array([[0.0, 0], [0, 1], [1, 0], [1, 1]]))
+    limits = np.array(photo.size)
+    low = np.clip(np.floor(corners.min(axis=0)).astype(int) - factor, 0, limits - 1)
+    high = np.clip(np.ceil(corners.max(axis=0)).astype(int) + factor + 1, low + 1, limits)
+    part = np.asarray(photo.reduce(factor, box=(*low.tolist(), *high.tolist())), np.float32) / 255
+    # Pixel (0, 0) of the part has its centre here, in px of the photo.
+    origin = low + (factor - 1) / 2
+    first = (square.to_photo(np.array([[0.5, 0.5]]) / size)[0] - origin) / factor
+    cos, sin = np.cos(square.angle) * step / factor, np.sin(square.angle) * step / factor
+    turn = np.array([[cos, sin], [-sin, cos]])  # (row, column) of the crop to (row, column) of the part
+    shape = (size, size)
+    planes = [
+        affine_transform(part[..., k], turn, first[::-1], shape, output=np.float32, order=1, mode=outside)
+        for k in range(3)
+    ]
+    return np.stack(planes, axis=-1)
+
+
+_local = threading.local()
+
+
+def _run(model: str, crop: NDArray[np.float32]) -> list[NDArray[np.float32]]:
+    """Run a model on one crop; every thread has interpreters of its own, which are not thread-safe."""
+    interpreters: dict[str, Any] = _local.__dict__.setdefault("interpreters", {})
+    if model not in interpreters:
+        interpreters[model] = _load(model)
+    interpreter = interpreters[model]
+    interpreter.set_tensor(interpreter.get_input_details()[0]["index"], crop[None].astype(np.float32))
+    interpreter.invoke()
+    return [interpreter.get_tensor(output["index"]) for output in interpreter.get_output_details()]
+
+
+def _load(model: str) -> Any:
+    from ai_edge_litert.interpreter import Interpreter, OpResolverType
+
+    content = resources.files("relit.face").joinpath("models", model).read_bytes()
+    # One thread, for the same bits everywhere; no default delegate, which announces itself on stderr.
+    interpreter = Interpreter(
+        model_content=content,
+        num_threads=1,
+        experimental_op_resolver_type=OpResolverType.BUILTIN_WITHOUT_DEFAULT_DELEGATES,
+    )
+    interpreter.allocate_tensors()
+    return interpreter

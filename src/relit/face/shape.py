@@ -1,0 +1,125 @@
+"""The shape of a face: where its surface looks, and how deep it lies, at every pixel.
+
+From landmarks with a depth, as the detector gives, it is the mesh that they span; from others, a half
+ellipsoid over the face's outline, which is round and has no nose.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
+from scipy.ndimage import gaussian_filter
+from scipy.spatial import ConvexHull, Delaunay
+
+from relit.face.landmarks import Landmarks
+from relit.face.regions import drawn, face_outline
+from relit.runtime.memo import remembered
+from relit.runtime.threads import one_blas_thread
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+_SMOOTH = 0.02  # standard deviation, in interocular distances, of the blur that hides the facets
+_HEIGHT = 0.4  # depth of the ellipsoid over the root of its hull's area
+
+
+@dataclass(frozen=True, eq=False)
+class FaceShape:
+    """The surface of a face on a pixel grid.
+
+    Attributes
+    ----------
+    normals : (H, W, 3) float32 array
+        Unit normals ``(x, y, z)``, z growing away from the camera; beyond the landmarks, the nearest ones.
+    depth : (H, W) float32 array
+        In px, growing away from the camera.
+    inside : (H, W) bool array
+        The face, as its outline goes.
+    """
+
+    normals: NDArray[np.float32]
+    depth: NDArray[np.float32]
+    inside: NDArray[np.bool_]
+
+
+@remembered
+def face_shape(landmarks: Landmarks, shape: tuple[int, ...], *, of: Landmarks | None = None) -> FaceShape:
+    """Return the shape of a face.
+
+    Parameters
+    ----------
+    landmarks : Landmarks
+        Where the face is.
+    shape : tuple of int
+        ``(H, W, ...)`` of the image.
+    of : Landmarks, optional
+        Whose shape, if it is another face laid over this one: paired landmarks in that face's own photo.
+
+    Returns
+    -------
+    FaceShape
+
+    Examples
+    --------
+    A ramp that falls away to the right looks to the right:
+
+    >>> ramp = Landmarks([[0, 0, 0], [9, 0, 9], [9, 9, 9], [0, 9, 0]])
+    >>> face_shape(ramp, (10, 10)).normals[5, 5].astype(float).round(2).tolist()
+    [0.71, 0.0, -0.71]
+    """
+    xy, points = landmarks.xy, with_depth(of or landmarks)
+    values = np.column_stack([_normals_at(points), points[:, 2]])
+    y, x = np.indices(shape[:2])
+    with one_blas_thread():
+        surface = LinearNDInterpolator(xy, values)(x, y)
+    outside = np.isnan(surface[..., 0])
+    surface[outside] = NearestNDInterpolator(xy, values)(x[outside], y[outside])
+    sigma = _SMOOTH * landmarks.interocular_distance
+    smooth = np.stack(
+        [gaussian_filter(plane, sigma, mode="nearest") for plane in np.moveaxis(surface, -1, 0)]
+    )
+    normals = smooth[:3] / np.linalg.norm(smooth[:3], axis=0)
+    return FaceShape(
+        np.asarray(np.moveaxis(normals, 0, -1), np.float32),
+        np.asarray(smooth[3], np.float32),
+        drawn([face_outline(landmarks)], shape),
+    )
+
+
+def with_depth(landmarks: Landmarks) -> NDArray[np.float64]:
+    """Return landmarks as ``(x, y, z)``; those without a depth lie on a half ellipsoid over their face.
+
+    Examples
+    --------
+    >>> flat = Landmarks([[0, 0], [10, 0], [10, 10], [0, 10], [5, 5]])
+    >>> abs(with_depth(flat)[:, 2]).round(1).tolist()
+    [0.0, 0.0, 0.0, 0.0, 4.0]
+    """
+    points = landmarks.points
+    if points.shape[1] == 3:
+        return points
+    outline = face_outline(landmarks)
+    hull = ConvexHull(outline)
+    middle = (outline.min(axis=0) + outline.max(axis=0)) / 2
+    # How far out a point is, on the way from the middle to the hull: 0 there, 1 here.
+    facing = hull.equations[:, :2]
+    reach = -(hull.equations[:, 2] + facing @ middle)
+    out = np.clip(((points - middle) @ facing.T / reach).max(axis=1), 0, 1)
+    height = _HEIGHT * np.sqrt(hull.volume)
+    return np.column_stack([points, -height * np.sqrt(1 - out**2)])
+
+
+def _normals_at(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the normals at points of a mesh, towards the camera: means of those of the triangles there."""
+    triangles = Delaunay(points[:, :2]).simplices
+    a, b, c = (points[triangles[:, corner]] for corner in range(3))
+    facets = np.cross(b - a, c - a)  # as long as the triangle is large
+    facets *= np.where(facets[:, 2:] > 0, -1, 1)
+    normals = np.zeros_like(points)
+    for corner in range(3):
+        np.add.at(normals, triangles[:, corner], facets)
+    normals[~normals.any(axis=1)] = 0, 0, -1  # of points that no triangle took: twins of others
+    return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))

@@ -1,0 +1,103 @@
+"""What of a photo looks like the skin of its face: by hue, and by brightness where that tells.
+
+Skin is one pigment in many lights: in ``log R/G`` and ``log B/G`` the face's own pixels lie close together,
+and hair, cloth, spectacles and what is behind lie elsewhere. A light changes their brightness much more, so
+that counts for little.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from relit.photo.color import luma
+from relit.photo.pixels import to_unit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+_DARKEST = 4 / 255  # below, hue is noise
+_HUE, _BRIGHTNESS = 0.045, 0.3  # the least standard deviations, in log
+_ROUNDS = 5
+_OUTLIER = 3.0  # standard deviations
+_EDGE, _SOFT = 3.0, 0.4  # standard deviations at which a pixel is as likely skin as not, and how sharply
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """The colours of a skin: mean and inverse covariance of `_colors`."""
+
+    mean: NDArray[np.float64]
+    precision: NDArray[np.float64]
+
+    def likeness(self, image: NDArray[Any], *, hue_alone: bool = False) -> NDArray[np.float32]:
+        """Return how likely each pixel is skin, (H, W) in [0, 1].
+
+        Parameters
+        ----------
+        image : (H, W) or (H, W, 3) array
+        hue_alone : bool
+            Whether brightness does not count: what is dark may lie in a shadow. All grey is skin then.
+        """
+        off, precision = _colors(image) - self.mean, self.precision
+        if hue_alone:
+            if off.shape[-1] == 1:
+                return np.ones(image.shape[:2], np.float32)
+            off, precision = off[..., 1:], np.linalg.inv(np.linalg.inv(precision)[1:, 1:])
+        distance = np.linalg.norm(off @ np.linalg.cholesky(precision), axis=-1)
+        return np.asarray(1 / (1 + np.exp(np.clip((distance - _EDGE) / _SOFT, -30, 30))), np.float32)
+
+    def whitened(self, image: NDArray[Any]) -> NDArray[np.float64]:
+        """Return colours, (H, W, k), in which the skin's standard deviation is 1 in every direction."""
+        return np.asarray((_colors(image) - self.mean) @ np.linalg.cholesky(self.precision))
+
+
+def skin_of(image: NDArray[Any], face: NDArray[np.bool_]) -> Skin:
+    """Learn a skin from the pixels of its face, those left out that are not like most.
+
+    Parameters
+    ----------
+    image : (H, W) or (H, W, 3) array
+        uint8, uint16 or float in [0, 1].
+    face : (H, W) bool array
+        Mostly skin.
+
+    Returns
+    -------
+    Skin
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> photo = np.zeros((8, 8, 3), np.uint8)
+    >>> photo[:, :4], photo[:, 4:] = (200, 140, 110), (90, 120, 90)
+    >>> face = np.zeros((8, 8), bool)
+    >>> face[:, :5] = True
+    >>> skin_of(photo, face).likeness(photo)[0].round().astype(int).tolist()
+    [1, 1, 1, 1, 0, 0, 0, 0]
+    """
+    colors = _colors(image)
+    samples = colors[face]
+    floor = np.array([_BRIGHTNESS, _HUE, _HUE])[: colors.shape[-1]] ** 2
+    mean = np.median(samples, axis=0)
+    spread = 1.4826 * np.median(np.abs(samples - mean), axis=0)
+    precision = np.diag(1 / np.maximum(spread**2, floor))
+    for _ in range(_ROUNDS):
+        off = samples - mean
+        near = samples[np.einsum("ni,ij,nj->n", off, precision, off) < _OUTLIER**2]
+        mean = near.mean(axis=0)
+        off = near - mean
+        covariance = np.einsum("ni,nj->ij", off, off) / len(near)
+        precision = np.linalg.inv(covariance + np.diag(floor))
+    return Skin(mean, precision)
+
+
+def _colors(image: NDArray[Any]) -> NDArray[np.float64]:
+    """Return log luma, and of colour also log R/G and log B/G, (H, W, 1 or 3)."""
+    unit = np.maximum(to_unit(image), _DARKEST).astype(np.float64)
+    if unit.ndim == 2:
+        return np.log(unit)[..., None]
+    log = np.log(unit)
+    return np.stack([np.log(luma(unit)), log[..., 0] - log[..., 1], log[..., 2] - log[..., 1]], axis=-1)

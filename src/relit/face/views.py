@@ -1,0 +1,98 @@
+"""Views: a window of a photo, as large as the work needs it and no larger.
+
+A face says the same about its light at any size. So it is looked at through a *view*, reduced by a whole
+factor until its eyes are as far apart as the method asks, and what changes is brought back to the photo's own
+pixels by `guided.enlarge`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from relit.face.landmarks import Landmarks
+from relit.photo.resampling import reduced
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+Window = tuple[slice, slice]
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """Part of a photo, reduced.
+
+    Attributes
+    ----------
+    pixels : (h, w) or (h, w, 3) array
+        The photo's own samples at factor 1; else means over ``factor x factor`` px, uint16 of integers and
+        float32 of floats. At the photo's end, the last pixel counts as often as a block has to be filled.
+    landmarks : Landmarks
+        In px of the view.
+    window : (slice, slice)
+        Rows and columns of the photo that it shows.
+    factor : int
+        How many px of the photo one of the view is wide.
+    """
+
+    pixels: NDArray[Any]
+    landmarks: Landmarks
+    window: Window
+    factor: int
+
+
+def view_of(image: NDArray[Any], landmarks: Landmarks, window: Window, factor: int) -> View:
+    """Look at part of a photo.
+
+    Parameters
+    ----------
+    image : (H, W) or (H, W, 3) array
+        uint8, uint16 or float.
+    landmarks : Landmarks
+        In px of the photo.
+    window : (slice, slice)
+        Rows and columns to look at.
+    factor : int
+        1 or more.
+
+    Returns
+    -------
+    View
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> ramp = np.tile(np.arange(8, dtype=np.uint16), (8, 1))
+    >>> face = Landmarks([[2, 2], [5, 2], [2, 5]])
+    >>> view = view_of(ramp, face, (slice(0, 8), slice(2, 8)), 2)
+    >>> view.pixels[0].tolist(), view.landmarks.xy[1].tolist()
+    ([2, 4, 6], [1.25, 0.75])
+    """
+    part = image[window]
+    shifted = landmarks.shifted(-window[1].start, -window[0].start)
+    return View(reduced(part, factor), shifted.reduced(factor), window, factor)
+
+
+def window_round(
+    points: NDArray[np.float64], margin: float, shape: tuple[int, ...], factor: int = 1
+) -> Window:
+    """Return the rows and columns of an image that hold points and a margin, in px, round them.
+
+    They start at multiples of the factor.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> window_round(np.array([[10.0, 20], [30, 40]]), 6, (100, 33))
+    (slice(14, 47, None), slice(4, 33, None))
+    """
+    left, top = np.floor(points.min(axis=0) - margin).astype(int).tolist()
+    right, bottom = (np.ceil(points.max(axis=0) + margin).astype(int) + 1).tolist()
+    height, width = shape[:2]
+    return (
+        slice(max(top, 0) // factor * factor, min(bottom, height)),
+        slice(max(left, 0) // factor * factor, min(right, width)),
+    )

@@ -1,0 +1,1 @@
+"""A light, fitted to a face or made to fall on one."""

@@ -1,0 +1,96 @@
+"""Lights that need no reference: a face of one albedo, rendered on the target's own shape.
+
+What is rendered then serves as the reference: the method finds all the light in it that it would find in a
+photo, cast shadows included, and no person.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.ndimage import gaussian_filter, map_coordinates
+
+from relit.photo.pixels import GAMMA
+from relit.photo.resampling import Enlarger, reduced
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from relit.face.shape import FaceShape
+    from relit.settings.studio_lights import StudioLight
+
+_COARSE = 0.04  # interocular distances that normals are smoothed over
+_STEPS = 48  # along a ray
+_FARTHEST = 1.6  # interocular distances that a shadow falls over
+_ROUGH = 0.02  # interocular distances that a surface must be in front to cast a shadow
+_SOFT = 10.0  # degrees from the middle of the lamp to its rim: a softbox
+_RIM = 6  # rays towards it
+_MARCHED = 40.0  # px between the eyes where rays are marched: shadows are soft
+_PENUMBRA = 0.05  # interocular distances that the steps between the rays' shadows are blurred over
+
+
+def render(shape: FaceShape, light: StudioLight, unit: float) -> NDArray[np.float32]:
+    """Return a matt white face in a light, encoded as photos are.
+
+    Parameters
+    ----------
+    shape : FaceShape
+    light : StudioLight
+    unit : float
+        Interocular distance in px.
+
+    Returns
+    -------
+    (H, W) float32 array
+        In [0, 1]; beyond the face, as at its rim.
+    """
+    # A mesh is coarser than a face: what it makes sharp is its own.
+    sigma = _COARSE * unit
+    normals = np.stack([gaussian_filter(n, sigma, mode="nearest") for n in np.moveaxis(shape.normals, -1, 0)])
+    normals /= np.linalg.norm(normals, axis=0)
+    straight = np.maximum(np.tensordot(_direction(light).astype(np.float32), normals, 1), 0)
+    lit = (1 - light.ambient) * straight * _visible(shape, light, unit) + light.ambient
+    return np.asarray(np.clip(lit, 0, 1) ** (1 / GAMMA), np.float32)
+
+
+def _visible(shape: FaceShape, light: StudioLight, unit: float) -> NDArray[np.float32]:
+    """Return the share of the lamp that each pixel of the face sees past the rest of the face."""
+    factor = max(int(unit / _MARCHED), 1)
+    unit = unit / factor
+    depth = reduced(shape.depth, factor).astype(np.float64) / factor
+    inside = reduced(shape.inside.astype(np.float32), factor) > 0.5
+    blockers = np.where(inside, depth, np.inf)  # what is beyond the face is not known to block anything
+    y, x = np.nonzero(inside)
+    z = depth[inside] - _ROUGH * unit
+    share = np.zeros(len(z))
+    rays = _rays(_direction(light))
+    for ray in rays:
+        free = np.ones(len(z), bool)
+        for step in np.linspace(0.03, _FARTHEST, _STEPS) * unit:
+            there = [y + step * ray[1], x + step * ray[0]]
+            free &= map_coordinates(blockers, there, order=0, cval=np.inf) >= z + step * ray[2]
+        share += free / len(rays)
+    seen = np.ones(depth.shape)
+    seen[inside] = share
+    soft = gaussian_filter(seen, _PENUMBRA * unit).astype(np.float32)
+    return Enlarger(soft, factor, shape.inside.shape).rows(0, shape.inside.shape[0])
+
+
+def _direction(light: StudioLight) -> NDArray[np.float64]:
+    """Return the unit vector towards the lamp, ``(x, y, z)`` with z growing away from the camera."""
+    azimuth, elevation = np.radians([light.azimuth, light.elevation])
+    return np.array(
+        [np.sin(azimuth) * np.cos(elevation), -np.sin(elevation), -np.cos(azimuth) * np.cos(elevation)]
+    )
+
+
+def _rays(direction: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return directions to the middle of the lamp and to points of its rim."""
+    side = np.cross(direction, [0.0, 1.0, 0.0] if abs(direction[1]) < 0.9 else [1.0, 0.0, 0.0])
+    side /= np.linalg.norm(side)
+    over = np.cross(direction, side)
+    around = np.linspace(0, 2 * np.pi, _RIM, endpoint=False)[:, None]
+    rim = direction + np.tan(np.radians(_SOFT)) * (np.cos(around) * side + np.sin(around) * over)
+    rays = np.vstack([direction, rim])
+    return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))

@@ -1,0 +1,1 @@
+"""The logarithmic total variation model: light and person of one photo."""

@@ -1,0 +1,1 @@
+"""Photos: files, pixels, colours, profiles, sizes."""

@@ -1,0 +1,235 @@
+"""TIFF: read by tifffile in any depth and compression, written with deflate through Pillow's directories.
+
+tifffile would also write the pixels, but not the EXIF and GPS directories; Pillow writes the directories,
+but not 16 bits of RGB.
+"""
+
+from __future__ import annotations
+
+import reprlib
+from contextlib import suppress
+from dataclasses import replace
+from itertools import accumulate, islice
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import numpy as np
+from PIL import Image, TiffImagePlugin
+
+from relit.errors import ImageError
+from relit.photo.codecs.metadata import ORIENTATION, Metadata, resolution
+from relit.photo.codecs.pillow import quiet_pillow
+from relit.photo.codecs.raster import Raster, divide_by_alpha, full_of, rescale
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from relit.photo.codecs.raster import CheckSize
+
+_HEADER = b"II*\0\x08\0\0\0"  # little-endian, directory at 8
+_XMP, _PROFILE = 700, 34675
+_EXIF, _GPS, _INTEROPERABILITY = 0x8769, 0x8825, 0xA005
+#: What a TIFF's directory shares with an EXIF block, beside the orientation: description, make, model,
+#: software, date, artist, host, rating, copyright, Windows' own texts, and further directories. The rest
+#: tells how the pixels lie in the file.
+_SHARED = {270, 271, 272, 305, 306, 315, 316, 0x4746, 33432, *range(0x9C9B, 0x9CA0), _EXIF, _GPS}
+_STRIP_BYTES = 1 << 18
+_MOST_PAGES = 64  # the photo and what is reduced from it
+#: None, the fax codes, LZW, JPEG, deflate, PackBits, deflate by its old number, LZMA, and Zstandard: what is
+#: in use for photos, and cannot unpack to more than the strip or tile takes.
+_COMPRESSIONS = {1, 2, 3, 4, 5, 7, 8, 32773, 32946, 34925, 50000}
+
+
+def decode_tiff(stream: BinaryIO, check_size: CheckSize) -> Raster:
+    """Read a TIFF of one page; 1 to 7 bits become 8, 9 to 15 bits become 16."""
+    import tifffile
+
+    with tifffile.TiffFile(stream) as file:
+        pages: Any = file.pages
+        page = pages.first
+        others = list(islice(pages, 1, _MOST_PAGES + 1))  # one at a time: they may go in a circle
+        if len(others) == _MOST_PAGES or any(not other.is_reduced for other in others):
+            raise ImageError("holds several pages; save one as a photo of its own")
+        check_size(page.imagewidth, page.imagelength, page.samplesperpixel * max(1, page.bitspersample // 8))
+        _check_segments(page, check_size)
+        samples = _samples(page)
+        metadata = replace(_metadata(stream, page), dpi=_resolution(page))
+        return Raster(samples, _bytes(page, _PROFILE), metadata)
+
+
+def is_camera_raw(stream: BinaryIO) -> bool:
+    """Return whether a TIFF starts with a preview, or with what a sensor saw."""
+    import tifffile
+
+    sensor = (tifffile.PHOTOMETRIC.CFA, tifffile.PHOTOMETRIC.LINEAR_RAW)
+    try:
+        with suppress(Exception), tifffile.TiffFile(stream) as file:
+            page: Any = file.pages.first
+            return page.is_reduced or page.photometric in sensor
+        return False
+    finally:
+        stream.seek(0)
+
+
+def read_metadata(stream: BinaryIO) -> Metadata:
+    """Return the EXIF and XMP of a TIFF, or of what is like one; nothing where it is not."""
+    import tifffile
+
+    stream.seek(0)
+    with suppress(Exception), tifffile.TiffFile(stream) as file:
+        return _metadata(stream, file.pages.first)
+    return Metadata()
+
+
+def encode_tiff(raster: Raster) -> bytes:
+    """Write a TIFF, lossless, at 8 or 16 bits or in float32."""
+    import imagecodecs
+
+    samples, metadata = raster.samples, raster.metadata
+    height, width, channels = samples.shape
+    is_float = samples.dtype.kind == "f"
+    predict = imagecodecs.floatpred_encode if is_float else imagecodecs.delta_encode
+    rows = min(height, max(1, _STRIP_BYTES // samples[0].nbytes))
+    little = samples.astype(samples.dtype.newbyteorder("<"), copy=False)
+    strips = [
+        bytes(imagecodecs.deflate_encode(predict(little[top : top + rows], axis=1).tobytes()))
+        for top in range(0, height, rows)
+    ]
+
+    directory = _directory_with(metadata.exif or b"")
+    directory[ORIENTATION] = 1
+    directory[256], directory[257] = width, height
+    directory[258] = (8 * samples.itemsize,) * channels
+    directory[259] = 8  # deflate
+    directory[262] = 2 if channels >= 3 else 1  # RGB, or grey with black at 0
+    directory[273] = tuple(accumulate(map(len, strips[:-1]), initial=0))  # Pillow adds where they start
+    directory[277] = channels
+    directory[278] = rows
+    directory[279] = tuple(map(len, strips))
+    directory[284] = 1  # channels side by side
+    directory[317] = 3 if is_float else 2
+    directory[339] = (3 if is_float else 1,) * channels
+    if raster.has_alpha:
+        directory[338] = 2  # alpha the colours are not multiplied with
+    if metadata.dpi:
+        directory[282], directory[283] = metadata.dpi
+        directory[296] = 2  # inches
+    if metadata.xmp:
+        directory[_XMP] = metadata.xmp
+    if raster.profile:
+        directory[_PROFILE] = raster.profile
+    return _HEADER + directory.tobytes(len(_HEADER)) + b"".join(strips)
+
+
+def _metadata(stream: BinaryIO, page: Any) -> Metadata:
+    exif = _read_exif(stream, page.tags.valueof(ORIENTATION, default=1))
+    return Metadata(exif, _bytes(page, _XMP))
+
+
+def _check_segments(page: Any, check_size: CheckSize) -> None:
+    """Refuse what takes more to decode than the picture does, and what is not all there."""
+    if page.compression not in _COMPRESSIONS:
+        raise ImageError(f"is compressed with {_called(page.compression)}; save it with deflate, LZW or none")
+    if 0 in page.databytecounts:  # which tifffile takes for black
+        raise ImageError("lacks a part of its picture; get the file again")
+    if page.is_tiled:
+        check_size(page.tilewidth, page.tilelength, page.samplesperpixel * max(1, page.bitspersample // 8))
+
+
+def _called(value: object) -> str:
+    """Return what to call the value of a tag, which in a damaged file may be anything."""
+    return str(getattr(value, "name", None) or reprlib.repr(value))
+
+
+def _samples(page: Any) -> NDArray[Any]:
+    from tifffile import COMPRESSION, EXTRASAMPLE, PHOTOMETRIC, PLANARCONFIG
+
+    colours = {
+        PHOTOMETRIC.MINISWHITE: 1,
+        PHOTOMETRIC.MINISBLACK: 1,
+        PHOTOMETRIC.PALETTE: 1,
+        PHOTOMETRIC.RGB: 3,
+    }
+    if page.compression == COMPRESSION.JPEG:
+        colours[PHOTOMETRIC.YCBCR] = 3  # decoding it gives RGB
+    if page.photometric not in colours:
+        raise ImageError(f"holds {_called(page.photometric)} colours; convert it to RGB or grey first")
+    extra = page.samplesperpixel - colours[page.photometric]
+    if extra not in (0, 1) or page.imagedepth != 1:
+        raise ImageError("holds more than grey or RGB and alpha; save these alone")
+
+    samples = page.asarray()
+    if page.planarconfig == PLANARCONFIG.SEPARATE and page.samplesperpixel > 1:
+        samples = np.moveaxis(samples, 0, -1)
+    samples = samples.reshape(page.imagelength, page.imagewidth, page.samplesperpixel)
+    if page.photometric == PHOTOMETRIC.PALETTE:
+        return np.moveaxis((page.colormap >> 8).astype(np.uint8)[:, samples[..., 0]], 0, -1)
+    samples = _whole_range(samples, page.bitspersample)
+    if page.photometric == PHOTOMETRIC.MINISWHITE:
+        samples[..., 0] = full_of(samples) - samples[..., 0]
+    if extra and page.extrasamples[:1] == (EXTRASAMPLE.ASSOCALPHA,):
+        divide_by_alpha(samples)
+    return samples
+
+
+def _whole_range(samples: NDArray[Any], bits: int) -> NDArray[Any]:
+    if samples.dtype.kind == "f":
+        low, high = samples.min(), samples.max()
+        if not (low >= 0 and high <= 1):
+            raise ImageError(f"holds floating point values from {low:g} to {high:g}; bring them into [0, 1]")
+        return samples.astype(np.float32)
+    if samples.dtype.kind not in "bu" or bits > 16:
+        raise ImageError(f"holds {samples.dtype} values; save it with 8 or 16 bits, or floats in [0, 1]")
+    return rescale(samples, 2**bits - 1, np.uint8 if bits <= 8 else np.uint16)
+
+
+def _bytes(page: Any, tag: int) -> bytes | None:
+    value = page.tags.valueof(tag)
+    return value if isinstance(value, bytes) else None
+
+
+def _resolution(page: Any) -> tuple[float, float] | None:
+    per_inch = {2: 1.0, 3: 2.54}.get(page.tags.valueof(296, default=2), 0.0)
+    try:
+        (a, b), (c, d) = (page.tags.valueof(tag) for tag in (282, 283))
+        return resolution(a / b * per_inch, c / d * per_inch)
+    except (TypeError, ValueError, ZeroDivisionError):
+        return None
+
+
+def _read_exif(stream: BinaryIO, orientation: int) -> bytes | None:
+    """Gather in an EXIF block what a TIFF has in its own directory; what cannot be parsed is left out."""
+    with quiet_pillow(), suppress(Exception):
+        source = Image.Exif()
+        stream.seek(0)
+        source.load_from_fp(stream)
+        if shared := _shared(source):
+            return _block({**shared, ORIENTATION: orientation})
+    return None if orientation == 1 else _block({ORIENTATION: orientation})
+
+
+def _block(tags: dict[int, Any]) -> bytes:
+    exif = Image.Exif()
+    for tag, value in tags.items():
+        exif[tag] = value
+    return exif.tobytes()
+
+
+def _directory_with(exif: bytes) -> TiffImagePlugin.ImageFileDirectory_v2:
+    """Start a directory with what it shares with an EXIF block; with nothing if that cannot be parsed."""
+    with quiet_pillow(), suppress(Exception):
+        source = Image.Exif()
+        source.load(exif)
+        directory = TiffImagePlugin.ImageFileDirectory_v2(_HEADER)
+        for tag, value in _shared(source).items():
+            directory[tag] = value
+        directory.tobytes()  # odd values are only found out here
+        return directory
+    return TiffImagePlugin.ImageFileDirectory_v2(_HEADER)
+
+
+def _shared(exif: Image.Exif) -> dict[int, Any]:
+    tags = {tag: exif.get_ifd(tag) if tag in (_EXIF, _GPS) else exif[tag] for tag in _SHARED & set(exif)}
+    if _INTEROPERABILITY in tags.get(_EXIF, {}):
+        tags[_EXIF] = {**tags[_EXIF], _INTEROPERABILITY: exif.get_ifd(_INTEROPERABILITY)}
+    # Pillow reads text as Latin-1, and writes it as ASCII with question marks; bytes it leaves alone.
+    return {tag: value.encode("latin-1") if isinstance(value, str) else value for tag, value in tags.items()}

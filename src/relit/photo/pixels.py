@@ -1,0 +1,116 @@
+"""Pixel arrays: which ones we take, and how they go to [0, 1] and back."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from relit.errors import ImageError
+
+if TYPE_CHECKING:
+    from numpy.typing import DTypeLike, NDArray
+
+_DTYPES = (np.uint8, np.uint16, np.float32, np.float64)
+
+#: Photos are encoded by about this power of the light.
+GAMMA = 2.2
+
+#: The least light we tell from none: half a grey level of 8 bits. Darker pixels count as this bright, so that
+#: the logarithm exists and noise in black does not become a face's features.
+DARKEST = 0.5 / 255
+
+#: The smallest side, in px, of an image that can hold a face.
+SMALLEST_SIDE = 8
+
+
+def check_pixels(image: Any, name: str) -> NDArray[Any]:
+    """Return `image` if it is a grey or RGB photo that may hold a face.
+
+    Parameters
+    ----------
+    image : (H, W) or (H, W, 3) array
+        uint8, uint16, or float32/float64 in [0, 1].
+    name : str
+        The argument's name, for the message.
+
+    Raises
+    ------
+    ImageError
+        As `check_samples` does, and if a side is below 8 px.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> check_pixels(np.zeros((8, 8, 4)), "target")
+    Traceback (most recent call last):
+        ...
+    relit.errors.ImageError: target: expected shape (H, W) or (H, W, 3), got (8, 8, 4); keep alpha aside
+    """
+    check_samples(image, name)
+    if min(image.shape[:2]) < SMALLEST_SIDE:
+        height, width = image.shape[:2]
+        raise ImageError(
+            f"{name}: {width}x{height} px cannot hold a face; each side must be at least {SMALLEST_SIDE} px"
+        )
+    return np.asarray(image)
+
+
+def check_samples(image: Any, name: str) -> None:
+    """Refuse what is not the samples of a grey or RGB photo.
+
+    Parameters
+    ----------
+    image : (H, W) or (H, W, 3) array
+        uint8, uint16, or float32/float64 in [0, 1].
+    name : str
+        The argument's name, for the message.
+
+    Raises
+    ------
+    ImageError
+        If it is not an array of such a shape and dtype, or has values outside [0, 1] or NaN.
+    """
+    if not isinstance(image, np.ndarray):
+        raise ImageError(
+            f"{name}: expected a NumPy array, got {type(image).__name__}; of a Photo, take the .pixels"
+        )
+    if image.dtype not in _DTYPES:
+        raise ImageError(f"{name}: expected uint8, uint16, float32 or float64, got {image.dtype}")
+    if image.size == 0 or image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
+        advice = "; keep alpha aside" if image.ndim == 3 and image.shape[2] in (2, 4) else ""
+        raise ImageError(f"{name}: expected shape (H, W) or (H, W, 3), got {image.shape}{advice}")
+    if image.dtype.kind == "f" and not (image.min() >= 0 and image.max() <= 1):
+        raise ImageError(
+            f"{name}: floats must be finite and in [0, 1], got values from {image.min():g} to "
+            f"{image.max():g}; scale or clip them"
+        )
+
+
+def to_unit(image: NDArray[Any]) -> NDArray[np.float32]:
+    """Return `image` as float32 in [0, 1], whatever its dtype.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> to_unit(np.array([[0, 51, 255]], np.uint8)).tolist()
+    [[0.0, 0.20000000298023224, 1.0]]
+    """
+    if image.dtype.kind == "u":
+        return image.astype(np.float32) / np.float32(np.iinfo(image.dtype).max)
+    return image.astype(np.float32)
+
+
+def from_unit(image: NDArray[np.floating[Any]], dtype: DTypeLike) -> NDArray[Any]:
+    """Return float values as `dtype`, clipped to [0, 1] and, for integers, rounded to the nearest.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from_unit(np.array([[-0.1, 0.2, 1.5]]), np.uint8).tolist()
+    [[0, 51, 255]]
+    """
+    clipped = np.clip(image, 0, 1)
+    if np.dtype(dtype).kind == "u":
+        clipped = np.rint(clipped * np.iinfo(np.dtype(dtype)).max)
+    return np.asarray(clipped, dtype)

@@ -1,0 +1,1 @@
+"""Names, defaults, ranges and help of every option, and lights by name."""

@@ -1,0 +1,1 @@
+"""Total variation with an L1 fidelity term, solved exactly."""

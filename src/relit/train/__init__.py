@@ -1,0 +1,1 @@
+"""Faces in random lights, to train with."""

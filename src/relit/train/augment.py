@@ -1,0 +1,327 @@
+"""Random light for training data: an augmentation as PyTorch and torchvision have them, without needing them.
+
+What a call does is drawn from a key, and from nothing else: the seed, the epoch, the process's number as a
+worker of a ``DataLoader``, and the number of calls so far in it. So workers differ, however they are started,
+and every run repeats.
+"""
+
+from __future__ import annotations
+
+import sys
+from operator import index
+from secrets import randbits
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from relit.errors import FaceNotFoundError, OptionError
+from relit.face.detect import detect_landmarks
+from relit.face.landmarks import as_landmarks, check_inside
+from relit.photo.foreign_images import find, opened, put, take
+from relit.photo.photo import Photo
+from relit.relighting import transfer
+from relit.runtime.threads import available, limit
+from relit.train.random_settings import RandomSettings, is_number
+from relit.train.reference_pool import ReferencePool
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from relit.inputs import AnyLandmarks
+    from relit.settings.options import TransferOptions
+    from relit.train.random_settings import Draw
+
+
+class RelightAugment:
+    """Relight faces at random, to train with.
+
+    Called on an image, it returns one of the same kind, shape and dtype: an array ``(H, W)`` or
+    ``(H, W, 3)`` of uint8, uint16 or floats in [0, 1]; a `Photo`; a PIL image (L, RGB, with alpha or without,
+    I;16); a torch tensor ``(1, H, W)`` or ``(3, H, W)`` of uint8 or floats in [0, 1]; a ``tv_tensors.Image``.
+    A grey image stays grey: it takes the lightness of a reference alone.
+
+    Called on a sample, a tuple, list or dict of anything, or several arguments, it relights the image in it
+    and passes all else through, as transforms of torchvision's v2 do: the first PIL image, Photo or
+    ``tv_tensors.Image``, or where there is none of these, the first array or plain tensor that has the shape
+    of a photo. It goes into ``v2.Compose``, before anything that takes values out of [0, 1].
+
+    Parameters
+    ----------
+    references : path, image, or list of such, optional
+        Photos that give the light. A path is that of a photo, of a folder, with all photos in it and its
+        folders, or a pattern such as ``"lights/**/*.jpg"``. Files are read when they are first drawn.
+    lights : str or list of str, optional
+        Lights by name (``"rembrandt"``, ...), lamps ``"AZ,EL"``, or ``"random"`` for a lamp anywhere within
+        `azimuth` and `elevation`. By default ``"random"`` if there are no references. With both, half of the
+        draws are a reference.
+    azimuth, elevation : (float, float)
+        Ranges of a random lamp's place in degrees, to the right of the picture and upwards.
+    strength : float, (low, high), or list of float
+        As of `TransferOptions`, and random as `changes` are; it goes before that of `options`.
+    p : float
+        Probability that an image is relit. Otherwise it is returned itself.
+    on_missing : {"keep", "raise"}
+        Whether an image in which no face is found is returned itself, or an error. A reference without a face
+        always is one; `prepare` tells early.
+    seed : int, optional
+        With it, all draws are known: see Notes. Without, they are others in every process and epoch.
+    reference_landmarks : list of (landmarks or None), optional
+        One entry for each photo; by default faces are detected, once.
+    detail : float, optional
+        As of `relit.transfer`: less is quicker on large faces.
+    options : TransferOptions, optional
+        How to relight.
+    **changes
+        Single fields of `TransferOptions` by name: a value, a tuple ``(low, high)`` for any number between,
+        or a list for any of its values: ``exposure=(-0.5, 0.5)``, ``method=["shading", "ltv"]``.
+
+    Raises
+    ------
+    OptionError
+        If an argument is out of its range, or there is no photo where `references` points.
+    ImageError, LandmarkError
+        If a reference that is an image, or its landmarks, cannot be used.
+
+    See Also
+    --------
+    relit.transfer : what is done to an image.
+
+    Notes
+    -----
+    A call draws from ``numpy.random.SeedSequence(seed, spawn_key=(epoch, worker, number))``: `epoch` is 0 or
+    what `set_epoch` was told; `worker` is 0, and in worker i of a ``DataLoader`` i + 1; `number` counts the
+    calls before it, in this process and epoch. So
+
+    - workers draw differently, forked or spawned, and the same in every run with as many of them;
+    - what is pickled or copied goes on where the original was;
+    - workers that a ``DataLoader`` starts anew for each epoch would begin again with the same lights: call
+      ``set_epoch(epoch)`` before each, as of ``DistributedSampler``. Persistent workers go on counting, and
+      need none;
+    - other pools hand every worker the same copy: give each call its own ``number``, as the sample's index.
+      That stands for `worker` 0 everywhere, so that the lights do not depend on who does the work;
+    - processes of distributed training take one seed each, such as ``1000 * run + rank``.
+
+    Without a seed, the seed is taken from the system, together with torch's own of the worker, which is
+    another in every epoch.
+
+    Examples
+    --------
+    >>> import relit
+    >>> image = relit.read_image(relit.sample("target")).pixels
+    >>> augment = RelightAugment(lights=["rembrandt", "loop"], p=1, seed=7)
+    >>> augment(image).shape == image.shape
+    True
+    >>> augment.draw(1).options.light
+    'rembrandt'
+    >>> relit_image, label = augment((image, 3))
+    >>> label
+    3
+    """
+
+    def __init__(
+        self,
+        references: Any = None,
+        *,
+        lights: str | Sequence[str] | None = None,
+        azimuth: tuple[float, float] = (-90, 90),
+        elevation: tuple[float, float] = (-20, 60),
+        strength: float | tuple[float, float] | list[float] = (0.3, 1.0),
+        p: float = 0.5,
+        on_missing: str = "keep",
+        seed: int | None = None,
+        reference_landmarks: Sequence[AnyLandmarks | None] | None = None,
+        detail: float | None = None,
+        options: TransferOptions | None = None,
+        **changes: Any,
+    ) -> None:
+        if on_missing not in ("keep", "raise"):
+            raise OptionError(f"on_missing: expected 'keep' or 'raise', got {on_missing!r}")
+        if detail is not None and not (is_number(detail) and 0 < detail < np.inf):
+            raise OptionError(f"detail: expected a finite number of px above 0, or None, got {detail!r}")
+        if references is None and reference_landmarks is not None:
+            raise OptionError("reference_landmarks: expected none without references; leave them out")
+        self.on_missing, self.detail = on_missing, detail
+        self.seed = None if seed is None else _count("seed", seed)
+        self._entropy = randbits(128) if self.seed is None else self.seed
+        self._epoch = self._calls = 0
+        self._pool = None if references is None else ReferencePool(references, reference_landmarks)
+        self._settings = RandomSettings(
+            len(self.references),
+            lights=lights,
+            azimuth=azimuth,
+            elevation=elevation,
+            p=p,
+            options=options,
+            changes={"strength": strength, **changes},
+        )
+
+    def __call__(
+        self, image: Any, /, *others: Any, landmarks: AnyLandmarks | None = None, number: int | None = None
+    ) -> Any:
+        """Relight an image, or the image in a sample.
+
+        Parameters
+        ----------
+        image : image or sample
+        *others
+            The rest of a sample that is given as several arguments; a tuple comes back.
+        landmarks : Landmarks or (n, 2) or (n, 3) array_like, optional
+            Of the face in the image; detected by default, which takes about as long as relighting.
+        number : int, optional
+            Do what `draw` tells of this number, and do not count the call.
+
+        Returns
+        -------
+        image or sample
+            Of the kind that was given. What is not relit is the same object.
+
+        Raises
+        ------
+        ImageError
+            If there is no image, or it is not a photo's pixels.
+        FaceNotFoundError
+            If there is no face, and `on_missing` says so; or none in a reference.
+        LandmarkError
+            If landmarks are unusable, lie outside the image, or do not pair up with the reference's.
+        OptionError
+            If the number is not one.
+        """
+        if number is None:
+            draw = self._draw(self._calls, self._worker())
+            self._calls += 1
+        else:
+            draw = self.draw(number)
+        sample = (image, *others) if others else image
+        place = find(sample)
+        photo, back = opened(take(sample, place), "image")
+        if not draw.applied:
+            return sample
+        try:
+            face = (
+                detect_landmarks(photo.pixels) if landmarks is None else as_landmarks(landmarks, "landmarks")
+            )
+        except FaceNotFoundError:
+            if self.on_missing == "raise":
+                raise
+            return sample
+        check_inside(face, photo.pixels.shape, "landmarks")
+        reference = marks = None
+        if self._pool and draw.reference is not None:
+            reference, marks = self._pool.seen(draw.reference, photo, draw.options, self.detail)
+        with limit(_share()):
+            result = transfer(
+                photo,
+                reference,
+                target_landmarks=face,
+                reference_landmarks=marks,
+                detail=self.detail,
+                options=draw.options,
+            )
+        return put(sample, place, back(result.image))
+
+    def __repr__(self) -> str:
+        """Return what it draws from."""
+        settings = self._settings
+        shown = {"references": len(self.references), "lights": settings.lights, "p": settings.p}
+        told = ", ".join(
+            f"{name}={value!r}" for name, value in (shown | settings.changes | {"seed": self.seed}).items()
+        )
+        return f"RelightAugment({told})"
+
+    @property
+    def references(self) -> tuple[Any, ...]:
+        """The references: paths, and of what was given as an image, a `Photo`."""
+        return tuple(self._pool.given) if self._pool else ()
+
+    def set_epoch(self, epoch: int) -> None:
+        """Begin the draws of an epoch, in this process and in workers that are started from now on.
+
+        Raises
+        ------
+        OptionError
+            If it is not an integer of 0 or more.
+        """
+        self._epoch, self._calls = _count("epoch", epoch), 0
+
+    def prepare(self) -> None:
+        """Read all references and find their faces now, so that workers started later need not.
+
+        Raises
+        ------
+        ImageError
+            If one cannot be read.
+        FaceNotFoundError
+            If one has no face.
+        """
+        colours = Photo(np.zeros((1, 1, 3), np.uint8))
+        if self._pool:
+            for number in range(len(self._pool)):
+                self._pool.seen(number, colours, self._settings.options, self.detail)
+
+    def draw(self, number: int, *, worker: int | None = None) -> Draw:
+        """Return what a call of this epoch does, without doing it.
+
+        Parameters
+        ----------
+        number : int
+            How many calls come before it.
+        worker : int, optional
+            The call is one in this worker of a ``DataLoader``, from 0.
+
+        Returns
+        -------
+        Draw
+
+        Raises
+        ------
+        OptionError
+            If a number is not an integer of 0 or more, or a worker is given where there is no seed.
+
+        Examples
+        --------
+        >>> augment = RelightAugment(seed=1, p=0.7, strength=(0.5, 1))
+        >>> draw = augment.draw(0)
+        >>> draw.applied, draw.options.light, round(draw.options.strength, 2)
+        (True, '-53.1,30.0', 0.56)
+        """
+        if worker is not None and self.seed is None:
+            raise OptionError("worker: what it draws is known only with a seed; give RelightAugment one")
+        known = () if worker is None else (_count("worker", worker) + 1,)
+        return self._draw(_count("number", number), known)
+
+    def _draw(self, number: int, worker: tuple[int, ...]) -> Draw:
+        """Draw what a call does, in a worker if that tells its number from 1, and torch's seed for none."""
+        who, *more = worker or (0,)
+        return self._settings.draw(
+            np.random.SeedSequence([self._entropy, *more], spawn_key=(self._epoch, who, number))
+        )
+
+    def _worker(self) -> tuple[int, ...]:
+        """Return what `_draw` is to know of this process."""
+        info = _loader()
+        if info is None:
+            return ()
+        return (info.id + 1,) if self.seed is not None else (info.id + 1, info.seed)
+
+
+def _loader() -> Any:
+    """Return what torch says of the worker of a ``DataLoader`` that this process is; None if it is none."""
+    data = sys.modules.get("torch.utils.data")
+    return data.get_worker_info() if data else None
+
+
+def _share() -> int:
+    """Return how many threads this process may take: workers share the cores."""
+    info = _loader()
+    return available() if info is None else max(1, available() // info.num_workers)
+
+
+def _count(name: str, value: Any) -> int:
+    """Return a number that counts something."""
+    try:
+        number = index(value)
+    except TypeError:
+        number = -1
+    if number < 0 or isinstance(value, bool):
+        raise OptionError(f"{name}: expected an integer of 0 or more, got {value!r}")
+    return number

@@ -1,0 +1,307 @@
+"""Radial basis function interpolants of scattered points in the plane.
+
+    s(x) = Σᵢ cᵢ φ(|x - xᵢ|)  [+ a₀ + A x],   s(xᵢ) = yᵢ
+
+This is Eq. (1)-(3) of Li, Yin and Deng (2009); the affine part in brackets, with ``Σ cᵢ = 0`` and
+``Σ cᵢ xᵢ = 0``, is what makes it reproduce affine maps, and the thin-plate spline bend least [1]_.
+
+References
+----------
+.. [1] F. L. Bookstein, "Principal warps: thin-plate splines and the decomposition of deformations", IEEE PAMI
+       11(6), 1989.
+.. [2] R. L. Hardy, "Multiquadric equations of topography and other irregular surfaces", J. Geophys. Res. 76,
+       1971.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, get_args
+
+import numpy as np
+from scipy.interpolate import RectBivariateSpline
+from scipy.linalg import LinAlgError, LinAlgWarning, lu_factor, lu_solve
+from scipy.spatial.distance import cdist
+from scipy.special import xlogy
+
+from relit.errors import LandmarkError, OptionError
+from relit.runtime.threads import available, one_blas_thread, pool
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+KernelName = Literal["thin_plate_spline", "multiquadric", "gaussian"]
+
+#: How far, in px, an interpolant without smoothing may miss its values.
+EXACT = 1e-6
+
+_COARSEST_STEP = 32
+_CHUNK = 2**18  # distances held at a time by a thread: what fits a processor's cache
+_PROBE_CELL = 4  # px
+
+
+@dataclass(frozen=True, eq=False)
+class RBF:
+    """A fitted interpolant; call it to evaluate it.
+
+    Attributes
+    ----------
+    centers : (n, 2) float64 array
+        Where the data were given, ``(x, y)``.
+    coefficients : (n, m) float64 array
+        cᵢ, for distances in units of `scale`.
+    polynomial : (3, m) float64 array or None
+        a₀ and A, for positions in units of `scale` from the centroid; None without the affine part.
+    kernel : str
+    radius : float
+        Shape parameter of the multiquadric and Gaussian kernels, in px.
+    scale : float
+        Unit of distance, in px.
+    """
+
+    centers: NDArray[np.float64]
+    coefficients: NDArray[np.float64]
+    polynomial: NDArray[np.float64] | None
+    kernel: KernelName
+    radius: float
+    scale: float
+
+    def __call__(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Return the values at `points`.
+
+        Parameters
+        ----------
+        points : (..., 2) array_like
+            Positions ``(x, y)`` in px.
+
+        Returns
+        -------
+        (..., m) float64 array
+        """
+        array = np.asarray(points, np.float64)
+        flat = array.reshape(-1, 2)
+        values = np.empty((len(flat), self.coefficients.shape[1]))
+        rows = max(_CHUNK // len(self.centers), 1)
+
+        def evaluate(start: int) -> None:
+            part = slice(start, start + rows)
+            values[part] = self.of_terms(self.terms(flat[part]))
+
+        starts = range(0, len(flat), rows)
+        with one_blas_thread(), pool(min(available(), len(starts)) or 1) as run:
+            run(evaluate, starts)
+        return values.reshape(*array.shape[:-1], -1)
+
+    def terms(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return what the values at (k, 2) points are combined from: (k, n), with the affine part (k, n + 3).
+
+        It depends on no value: interpolants of other values at the same centers have the same terms.
+        """
+        basis = self._basis(points)
+        if self.polynomial is None:
+            return basis
+        return np.hstack([basis, _affine_terms(points, self.centers, self.scale)])
+
+    def of_terms(self, terms: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the (k, m) values at the points that the terms are of."""
+        affine = [] if self.polynomial is None else [self.polynomial]
+        return np.asarray(terms @ np.vstack([self.coefficients, *affine]))
+
+    def on_grid(self, height: int, width: int, *, tolerance: float = 0.05) -> NDArray[np.float32]:
+        """Return the values at every pixel of an image, to within `tolerance`.
+
+        The interpolant is evaluated on a coarse grid and carried to the pixels by a bicubic spline. Its error
+        is greatest at the centers, where the thin-plate spline's second derivative is unbounded; so the
+        error is measured on a lattice round each of them, and over the image, and the grid is refined until
+        no more than half the tolerance is found.
+
+        Parameters
+        ----------
+        height, width : int
+            Size of the image in px.
+        tolerance : float
+            Largest error of a value, in the values' unit (px).
+
+        Returns
+        -------
+        (height, width, m) float32 array
+            The value at pixel ``(x, y)`` is ``[y, x]``. float32 rounds positions below 4096 px to 2.5e-4 px.
+        """
+        probes = _probes(self.centers, height, width)
+        exact = self(probes)
+        x, y = np.arange(width), np.arange(height)
+        step = _COARSEST_STEP
+        while step > 1:
+            nodes_x, nodes_y = (np.arange(0, max(n, 4 * step) + step, step) for n in (width, height))
+            nodes = self(np.stack(np.meshgrid(nodes_x, nodes_y), axis=-1))
+            splines = [RectBivariateSpline(nodes_y, nodes_x, values) for values in np.moveaxis(nodes, -1, 0)]
+            found = np.stack([spline.ev(probes[:, 1], probes[:, 0]) for spline in splines], axis=-1)
+            if np.abs(found - exact).max() <= tolerance / 2:
+                return np.stack([spline(y, x).astype(np.float32) for spline in splines], axis=-1)
+            step //= 2
+        return self(np.stack(np.meshgrid(x, y), axis=-1)).astype(np.float32)
+
+    @property
+    def bending_energy(self) -> NDArray[np.float64]:
+        """``∫ s_xx² + 2 s_xy² + s_yy²`` over the plane, for each of the m values; 0 for an affine map.
+
+        Raises
+        ------
+        OptionError
+            For any but a thin-plate spline with its affine part, whose integral alone is finite.
+        """
+        if self.kernel != "thin_plate_spline" or self.polynomial is None:
+            raise OptionError("bending_energy: only a thin-plate spline with its affine part has one")
+        basis = self._basis(self.centers)
+        energy = np.einsum("im,ij,jm->m", self.coefficients, basis, self.coefficients)
+        # r² log r is 8π times the biharmonic Green's function.
+        return np.asarray(8 * np.pi * energy / self.scale**2)
+
+    def _basis(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        square = cdist(points, self.centers, "sqeuclidean") / self.scale**2
+        if self.kernel == "gaussian":
+            return np.exp(-square * (self.scale / self.radius) ** 2)
+        if self.kernel == "multiquadric":
+            return -np.sqrt(square + (self.radius / self.scale) ** 2)
+        # Without the affine part the unit of r matters, and the paper's is the pixel.
+        unit = 1.0 if self.polynomial is not None else self.scale
+        return np.asarray(0.5 * xlogy(square, square * unit**2))
+
+
+def fit_rbf(
+    centers: ArrayLike,
+    values: ArrayLike,
+    *,
+    kernel: KernelName = "thin_plate_spline",
+    affine: bool = True,
+    smoothing: float = 0.0,
+    radius: float | None = None,
+    scale: float | None = None,
+) -> RBF:
+    """Fit an interpolant, or with smoothing an approximant, to scattered data.
+
+    Parameters
+    ----------
+    centers : (n, 2) array_like
+        Positions ``(x, y)`` in px, n ≥ 3 and not all on one line.
+    values : (n, m) array_like
+        Values at the centers.
+    kernel : {"thin_plate_spline", "multiquadric", "gaussian"}
+        ``r² log r``, ``-√(r² + radius²)`` [2]_ or ``exp(-r² / radius²)``; the sign makes each positive
+        definite on what the affine part leaves, so that smoothing smooths.
+    affine : bool
+        Whether to include the affine part.
+    smoothing : float
+        0 interpolates. Above, ``Σ |s(xᵢ) - yᵢ|²`` is traded against the roughness of s, with distances in
+        units of `scale`, so that a value means the same at any image size.
+    radius : float, optional
+        Shape parameter in px; by default `spacing_of` the centers.
+    scale : float, optional
+        Unit of distance in px; by default `spread_of` the centers.
+
+    Returns
+    -------
+    RBF
+
+    Raises
+    ------
+    OptionError
+        If an option is out of range.
+    LandmarkError
+        If, without smoothing, the values cannot be met to 1e-6 px, because points nearly coincide while
+        their values differ, or lie on one line.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> corners = np.array([[0, 0], [9, 0], [0, 9], [9, 9], [4, 5]])
+    >>> warp = fit_rbf(corners, corners * [2, 1] + [5, 0])
+    >>> [round(float(value), 6) for value in warp([3, 7])]
+    [11.0, 7.0]
+    """
+    if kernel not in get_args(KernelName):
+        raise OptionError(f"kernel: expected one of {', '.join(get_args(KernelName))}, got {kernel!r}")
+    if not (np.isfinite(smoothing) and smoothing >= 0):
+        raise OptionError(f"smoothing: expected a finite number, 0 or above, got {smoothing!r}")
+    x = np.asarray(centers, np.float64)
+    y = np.asarray(values, np.float64)
+    scale = spread_of(x) if scale is None else scale
+    radius = spacing_of(x) or scale if radius is None else radius
+    for name, length in (("radius", radius), ("scale", scale)):
+        if not (np.isfinite(length) and length > 0):
+            raise OptionError(f"{name}: expected a number of px above 0, got {length!r}")
+
+    n = len(x)
+    blank = RBF(
+        x, np.zeros((n, y.shape[1])), np.zeros((3, y.shape[1])) if affine else None, kernel, radius, scale
+    )
+    system = blank._basis(x) + smoothing * np.eye(n)
+    if affine:
+        terms = _affine_terms(x, x, scale)
+        if np.linalg.matrix_rank(terms) < 3:
+            raise LandmarkError(
+                "landmarks: all points lie on one line, or fewer than 3 are apart; a map with an affine part "
+                "needs 3 points off a line"
+            )
+        system = np.block([[system, terms], [terms.T, np.zeros((3, 3))]])
+    right = np.vstack([y, np.zeros((len(system) - n, y.shape[1]))])
+    with one_blas_thread():
+        solution = _solve_refined(system, right)
+    if smoothing == 0 and not np.abs(system[:n] @ solution - y).max() <= EXACT:
+        first, second = np.divmod(np.argmin(cdist(x, x) + np.diag(np.full(n, np.inf))), n)
+        raise LandmarkError(
+            f"landmarks: no {kernel} meets all points to {EXACT:g} px; the closest are {first} and {second}: "
+            "remove one of them, or use smoothing above 0"
+        )
+    return RBF(x, solution[:n], solution[n:] if affine else None, kernel, radius, scale)
+
+
+def spread_of(points: NDArray[np.float64]) -> float:
+    """Return the root mean square distance of (n, 2) points from their centroid."""
+    return float(np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean()))
+
+
+def spacing_of(points: NDArray[np.float64]) -> float:
+    """Return about how far (n, 2) points are apart: the side of the square that each has to itself."""
+    return float(np.sqrt(np.prod(np.ptp(points, axis=0)) / len(points)))
+
+
+def _affine_terms(
+    points: NDArray[np.float64], centers: NDArray[np.float64], scale: float
+) -> NDArray[np.float64]:
+    return np.column_stack([np.ones(len(points)), (points - centers.mean(axis=0)) / scale])
+
+
+def _solve_refined(system: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Solve by LU with iterative refinement, its residuals in extended precision where the machine has it.
+
+    Near-duplicate points make the coefficients huge and cancelling; plain LU then misses the values.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", LinAlgWarning)
+        try:
+            factors = lu_factor(system)
+        except (LinAlgError, LinAlgWarning):
+            raise LandmarkError(
+                "landmarks: points coincide, so that no map is defined; remove the duplicates, or use "
+                "smoothing above 0"
+            ) from None
+    solution = lu_solve(factors, right)
+    exact_system, exact_right = system.astype(np.longdouble), right.astype(np.longdouble)
+    for _ in range(4):
+        residual = exact_right - exact_system @ solution
+        solution = solution + lu_solve(factors, residual.astype(np.float64))
+    return np.asarray(solution)
+
+
+def _probes(centers: NDArray[np.float64], height: int, width: int) -> NDArray[np.float64]:
+    """Return positions inside the image where a coarse grid may err most, and some over the whole image."""
+    offsets = np.stack(np.meshgrid(*2 * [np.arange(-10, 11, 5.0)]), axis=-1).reshape(-1, 2)
+    near = (centers[:, None] + offsets).reshape(-1, 2)
+    over = np.random.default_rng(0).random((1024, 2)) * [width - 1, height - 1]
+    inside = ((near >= 0) & (near <= [width - 1, height - 1])).all(axis=1)
+    probes = np.vstack([near[inside], over])
+    # Where centers are dense their lattices overlap: one position of a cell will do.
+    across, down = np.floor(probes / _PROBE_CELL).astype(int).T
+    return probes[np.unique(down * (width + 1) + across, return_index=True)[1]]

@@ -1,0 +1,434 @@
+"""``relit batch``: in one process where that does, in real ones that are killed where it does not."""
+
+import csv
+import hashlib
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+import uuid
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from relit.batch import session
+from relit.batch.jobs import Outcome
+from relit.batch.places import read_bytes, write_atomically
+from tests.command import in_library, pixels_of, the_line
+
+COMMAND = [sys.executable, "-c", "from relit.cli.app import main; main()", "batch"]
+ROWS = 12
+
+
+@pytest.fixture
+def here(monkeypatch):
+    """Let the work be done in this process."""
+    from contextlib import contextmanager
+
+    from tests.batch.test_batch_run import Engine
+
+    @contextmanager
+    def engine(_name, workers, **_address):
+        lent = Engine()
+        lent.workers = workers
+        yield lent
+
+    monkeypatch.setattr(session, "engine", engine)
+
+
+@pytest.fixture
+def tree(place):
+    """Six targets in folders, two references, and a manifest of all."""
+    lines = ["target,reference,target_landmarks,reference_landmarks,strength"]
+    for number in range(ROWS):
+        folder = place / "in" / f"{number % 3}"
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / f"{number}.png").write_bytes((place / "target.png").read_bytes())
+        strength = f"{(number + 1) / ROWS:.3f}"
+        lines.append(f"in/{number % 3}/{number}.png,reference.png,target.csv,reference.csv,{strength}")
+    (place / "m.csv").write_text("\n".join(lines))
+    return place
+
+
+def table(path="out/results.csv"):
+    with Path(path).open(newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def results(folder):
+    """Return the digests of all but what a run writes about itself."""
+    own = {"results.csv", "run.json"}
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in Path(folder).rglob("*")
+        if path.is_file() and path.name not in own and ".relit" not in path.parts
+    }
+
+
+def journal(folder):
+    """Return the outcomes in a journal, whole lines only, read without relit."""
+    path = Path(folder, ".relit", "journal.jsonl")
+    if not path.exists():
+        return []
+    lines = path.read_bytes().split(b"\n")[:-1]
+    return [record for record in map(json.loads, lines) if "run" not in record]
+
+
+@pytest.mark.usefixtures("here", "tree")
+class TestCommand:
+    def test_a_manifest(self, studio, tree, succeed):
+        report = json.loads(succeed("batch m.csv -o out --json"))
+        assert report == {
+            "output": "out",
+            "results": "out/results.csv",
+            "journal": "out/.relit/journal.jsonl",
+            "total": ROWS,
+            "kept": 0,
+            "ok": ROWS,
+            "failed": 0,
+        }
+        rows = table()
+        assert [row["row"] for row in rows] == [str(n) for n in range(1, ROWS + 1)]
+        assert {row["status"] for row in rows} == {"ok"}
+        for number, row in enumerate(rows):
+            assert row["output"] == f"{number % 3}/{number}.png"
+            assert row["target"] == f"in/{row['output']}"
+            assert row["sha256"] == hashlib.sha256((tree / "out" / row["output"]).read_bytes()).hexdigest()
+            assert float(row["seconds"]) > 0
+        expected = in_library(studio, strength=0.5).image
+        np.testing.assert_array_equal(pixels_of("out/2/5.png"), expected)
+        record = json.loads(Path("out/run.json").read_text())
+        assert record["manifest_sha256"] == hashlib.sha256((tree / "m.csv").read_bytes()).hexdigest()
+        assert (record["kind"], record["ok"], record["options"]["method"]) == ("transfer", ROWS, "shading")
+        assert record["libraries"]["numpy"] == np.__version__
+
+    def test_again_nothing_is_done(self, succeed):
+        succeed("batch m.csv -o out")
+        before, first = results("out"), table()
+        report = json.loads(succeed("batch m.csv -o out --json"))
+        assert (report["kept"], report["ok"]) == (ROWS, 0)
+        assert (results("out"), table()) == (before, first)
+        assert len(journal("out")) == ROWS
+
+    def test_limit_and_then_the_rest(self, succeed):
+        assert json.loads(succeed("batch m.csv -o out --limit 2 --json"))["total"] == 2
+        assert len(table()) == len(results("out")) == 2
+        report = json.loads(succeed("batch m.csv -o out --json"))
+        assert (report["kept"], report["ok"]) == (2, ROWS - 2)
+
+    def test_globs(self, tree, succeed, monkeypatch):
+        monkeypatch.setattr("relit.batch.kinds.detect_landmarks", lambda *_a, **_k: pytest.fail("not needed"))
+        done = succeed(
+            "batch --targets in/**/*.png --references reference.png -o out --dry-run --limit 3"
+        ).decode()
+        assert done.splitlines() == [
+            "transfer in/0/0.png + reference.png -> 0/0.png",
+            "transfer in/0/3.png + reference.png -> 0/3.png",
+            "transfer in/0/6.png + reference.png -> 0/6.png",
+            "3 rows: 3 to do, 0 done, 0 that would fail",
+        ]
+        assert not (tree / "out").exists()
+
+    def test_results_are_no_targets(self, succeed):
+        succeed("batch --targets in/0/*.png --light rim -o in/0/done --limit 1 --format tif")
+        succeed("batch --targets in/0 --light rim -o in/0/done --limit 2 --format tif")
+        assert set(results("in/0/done")) == {"0.tif", "3.tif"}
+
+    def test_stores(self, tree, succeed, monkeypatch):
+        """Manifest, photos and results in a store; again, what is there is asked for and not read."""
+        root = f"memory://{uuid.uuid4()}"
+        for path in (*tree.glob("*.*"), *tree.glob("in/*/*")):
+            write_atomically(f"{root}/{path.relative_to(tree)}", path.read_bytes(), overwrite=False)
+        command = f"batch {root}/m.csv -o {root}/out --journal j.jsonl --json"
+        assert json.loads(succeed(command))["ok"] == ROWS
+        succeed("batch m.csv -o out")
+        for name, digest in results("out").items():
+            assert hashlib.sha256(read_bytes(f"{root}/out/{name}")).hexdigest() == digest
+        assert read_bytes(f"{root}/out/results.csv").count(b",ok,") == ROWS
+        read = []
+        monkeypatch.setattr(
+            "relit.batch.places.read_bytes", lambda place: read.append(place) or read_bytes(place)
+        )
+        report = json.loads(succeed(command))
+        assert (report["kept"], report["ok"]) == (ROWS, 0)
+        assert not [place for place in read if place.endswith(".png")]
+        write_atomically(f"{root}/in/1/4.png", (tree / "reference.png").read_bytes(), overwrite=True)
+        assert json.loads(succeed(f"{command} --dry-run"))["to_do"] == 1
+        report = json.loads(succeed(command))
+        assert (report["kept"], report["ok"]) == (ROWS - 1, 1)
+
+    def test_every_kind(self, tree, succeed):
+        (tree / "one.jsonl").write_text('{"target": "in/0/0.png", "target_landmarks": "target.csv"}')
+        for kind, files in {
+            "normalize": {"0.png"},
+            "decompose": {"0/u.png", "0/v.png"},
+            "landmarks": {"0.json"},
+        }.items():
+            succeed(f"batch one.jsonl --do {kind} -o {kind}")
+            assert set(results(kind)) == files
+        succeed("batch one.jsonl --do landmarks --format pts -o pts")
+        assert set(results("pts")) == {"0.pts"}
+
+    def test_failures_end_with_1_and_the_rest_is_done(self, tree, run):
+        (tree / "in/1/4.png").write_text("no photo")
+        (tree / "in/2/5.png").unlink()
+        done = run("batch m.csv -o out")
+        assert done.code == 1
+        assert done.err == f"relit: 2 of {ROWS} rows failed; out/results.csv says why\n"
+        reasons = {row["row"]: row["reason"] for row in table() if row["status"] == "failed"}
+        assert set(reasons) == {"5", "6"}
+        assert "in/2/5.png: there is no such file" in reasons["6"]
+        assert len(results("out")) == ROWS - 2
+
+    def test_a_table_in_parquet(self, succeed):
+        parquet = pytest.importorskip("pyarrow.parquet")
+        succeed("batch m.csv -o out --results out/all.parquet --limit 3")
+        succeed("batch m.csv -o out --limit 3")
+        in_parquet = parquet.read_table("out/all.parquet").to_pylist()
+        for one, other in zip(in_parquet, table(), strict=True):
+            assert {name: "" if value is None else str(value) for name, value in one.items()} == other
+
+    def test_rows_that_cannot_be_done_are_listed_beforehand(self, tree, succeed):
+        (tree / "m.csv").write_text("target,strength,output\na.png,x,\nb.png,1,../b.png\nc.png,,\n")
+        report = json.loads(succeed("batch m.csv --light rim -o out --dry-run --json"))
+        assert (report["rows"], report["to_do"], report["failing"]) == (3, 1, 2)
+        assert [number for number, _ in report["problems"]] == [1, 2]
+        assert b"row 1 would fail: strength: expected" in succeed("batch m.csv --light rim -o out --dry-run")
+
+    @pytest.mark.parametrize(
+        ("command", "message"),
+        [
+            ("m.csv", "Missing option '-o'"),
+            ("-o out", "Give a MANIFEST, or --targets"),
+            ("m.csv --targets x -o out", "Give a MANIFEST, or --targets"),
+            ("m.csv --references x -o out", "--references goes with --targets"),
+            ("--targets in -o out", "Give --references, or --light"),
+            ("--targets in --references in --light rim -o out", "Give --references, or --light"),
+            (
+                "--targets nothing/* --light rim -o out",
+                "nothing/*: means no file",
+            ),
+            (
+                "--targets in --references in/0 --pairing zip -o out",
+                "as many references as targets, got 4 for 12",
+            ),
+            ("--targets in --references reference.png --seed 3 -o out", "--seed goes with --pairing random"),
+            ("m.csv --do landmarks --strength 2 -o out", "--strength does not go with --do landmarks"),
+            (
+                "--targets in --references in --do normalize -o out",
+                "--references does not go with --do normalize",
+            ),
+            (
+                "m.csv --do decompose --format png -o out",
+                "--format: expected none with decompose, got '.png'",
+            ),
+            ("m.csv --format gif -o out", "--format: expected one of .bmp, "),
+            ("m.csv --do landmarks --format png -o out", "--format: expected one of .csv, .json"),
+            ("m.csv -o out --results out.txt", "expected a table that ends in .csv or .parquet"),
+            ("m.csv -o s3://bucket/out", "--journal: expected a local file"),
+            ("no.csv -o out", "no.csv: cannot be read"),
+            ("m.csv -o in/..", None),
+            ("m.csv --strength 9 -o out", "--strength: expected"),
+        ],
+    )
+    def test_usage(self, tree, fail, command, message):
+        if message is None:
+            (tree / "m.csv").write_text("target,light,output\nin/0/0.png,rim,in/0/0.png")
+            message = "in/0/0.png: row 1 reads it and row 1 writes it"
+        assert message in fail(f"batch {command}", code=[1, 2])
+
+    @pytest.mark.parametrize("name", ["results.csv", "run.json"])
+    def test_a_table_that_no_batch_wrote_stays(self, tree, run, name):
+        (tree / "out").mkdir()
+        (tree / "out" / name).write_text("precious")
+        done = run("batch m.csv -o out")
+        assert done.code == 1
+        assert "exists already, and no batch wrote it" in the_line(done.err)
+        assert results("out") == {}
+        assert (tree / "out" / name).read_text() == "precious"
+        assert run("batch m.csv -o out --force --limit 1").code == 0
+
+    def test_control_c(self, run, monkeypatch):
+        from relit.batch import run as module
+
+        work, done = module.do, []
+
+        def press_control_c(*given):
+            if len(done) == 3:
+                raise KeyboardInterrupt
+            done.append(given)
+            return work(*given)
+
+        monkeypatch.setattr(module, "do", press_control_c)
+        stopped = run("batch m.csv -o out --jobs 1")
+        assert stopped.code == 130
+        assert list(filter(None, stopped.err.splitlines())) == [
+            "relit: the same command goes on from here",
+            "relit: interrupted",
+        ]
+        assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+        monkeypatch.setattr(module, "do", work)
+        assert run("batch m.csv -o out").code == 0
+        assert len(results("out")) == ROWS
+
+    def test_a_line_now_and_then(self, run, monkeypatch):
+        monkeypatch.setattr("relit.cli.progress._EVERY", 0.0)
+        done = run("batch m.csv -o out --jobs 1 --limit 3")
+        assert done.err.splitlines()[-1].startswith("relit: 3 of 3 rows, 0 failed, ")
+        assert done.err.splitlines()[-1].endswith(" rows/s, 0:00:00 left")
+
+
+def start(*arguments):
+    """Start a run in a process group of its own, as a shell does."""
+    return subprocess.Popen(
+        [*COMMAND, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+    )
+
+
+def finish(child):
+    """Return the exit code of a run, and what it wrote."""
+    out, err = child.communicate(timeout=300)
+    return child.returncode, out, err
+
+
+def wait_for(condition, child, patience=60):
+    end = time.monotonic() + patience
+    while not condition():
+        if child.poll() is not None or time.monotonic() > end:
+            return
+        time.sleep(0.01)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs process groups")
+@pytest.mark.usefixtures("tree")
+class TestProcesses:
+    @pytest.mark.slow
+    def test_killed_twenty_times_it_ends_as_if_it_never_was(self, tree):
+        head, *rows = (tree / "m.csv").read_text().splitlines()
+        many = [f"{row},{turn}/{n}.png" for turn in "abcdefgh" for n, row in enumerate(rows)]
+        (tree / "m.csv").write_text("\n".join([f"{head},output", *many]))
+        assert finish(start("m.csv", "-o", "whole", "--jobs", "2")) == (0, b"", b"")
+        dice = random.Random(8)
+        kills = before_the_end = 0
+        while kills < 20:
+            child, before = start("m.csv", "-o", "out", "--jobs", "2"), len(journal("out"))
+            if dice.random() < 0.7:
+                more = before + dice.randrange(3)
+                wait_for(lambda: len(results("out")) > more, child)  # noqa: B023
+                time.sleep(dice.random() * 0.05)
+            else:  # somewhere on the way to the first row
+                time.sleep(dice.random() * 2)
+            with suppress(ProcessLookupError):  # it may have come to its end by itself
+                os.killpg(child.pid, signal.SIGKILL)
+            child.communicate(timeout=30)
+            kills += 1
+            whole_files = {name for name in results("out") if not name.endswith(".tmp")}
+            in_flight = whole_files - {record["output"] for record in journal("out")}
+            assert len(in_flight) <= 4  # two of each worker
+            before_the_end += len(in_flight | {record["output"] for record in journal("out")}) < len(many)
+        assert before_the_end > 10
+        assert finish(start("m.csv", "-o", "out", "--jobs", "2")) == (0, b"", b"")
+        assert results("out") == results("whole")
+        ended = [record["output"] for record in journal("out")]
+        assert sorted(ended) == sorted(record["output"] for record in journal("whole"))
+        assert len(set(ended)) == len(ended) == len(many)
+        timings = {name for name in table()[0] if name.startswith("seconds")}
+        for one, other in zip(table("out/results.csv"), table("whole/results.csv"), strict=True):
+            assert all(one[name] == other[name] for name in one if name not in timings)
+        code, out, _ = finish(start("m.csv", "-o", "out", "--json"))
+        assert (code, json.loads(out)["kept"]) == (0, len(many))
+
+    def test_a_store_that_all_processes_see(self, tree):
+        """fsspec's own ``local://``, which is asked as any other store is."""
+        there = f"local://{tree}"
+        given = (f"{there}/m.csv", "-o", f"{there}/out", "--journal", "j.jsonl", "--jobs", "2", "--json")
+        code, out, _ = finish(start(*given))
+        assert (code, json.loads(out)["ok"]) == (0, ROWS)
+        assert finish(start("m.csv", "-o", "here", "--jobs", "2")) == (0, b"", b"")
+        assert results("out") == results("here")
+        code, out, _ = finish(start(*given))
+        assert (code, json.loads(out)["kept"]) == (0, ROWS)
+
+    @pytest.mark.slow
+    def test_on_dask_nothing_is_lost_with_a_worker(self, tree):
+        pytest.importorskip("distributed")
+        psutil = pytest.importorskip("psutil")
+        head, *rows = (tree / "m.csv").read_text().splitlines()
+        many = [f"{row},{turn}/{n}.png" for turn in "abcd" for n, row in enumerate(rows)]
+        (tree / "m.csv").write_text("\n".join([f"{head},output", *many]))
+        assert finish(start("m.csv", "-o", "whole", "--jobs", "2")) == (0, b"", b"")
+        child = start("m.csv", "-o", "out", "--jobs", "2", "--engine", "dask")
+        wait_for(lambda: journal("out"), child)
+        workers = [
+            process
+            for process in psutil.Process(child.pid).children(recursive=True)
+            if "spawn_main" in " ".join(process.cmdline())
+        ]
+        workers[0].kill()
+        at_work = len(journal("out")) < len(many)
+        assert finish(child) == (0, b"", b"")
+        assert at_work
+        assert results("out") == results("whole")
+        ended = [record["output"] for record in journal("out")]
+        assert len(set(ended)) == len(ended) == len(many)
+
+    @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+    def test_stopped_it_leaves_nothing_half_and_goes_on(self, tree, sent):
+        if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+            pytest.skip("these tests run in the background, where children ignore Ctrl-C")
+        child = start("m.csv", "-o", "out", "--jobs", "2")
+        wait_for(lambda: journal("out"), child)
+        os.killpg(child.pid, sent) if sent == signal.SIGINT else child.send_signal(sent)
+        code, out, err = finish(child)
+        assert (code, out) == (130, b"")
+        assert [line for line in err.decode().splitlines() if line] == [
+            "relit: the same command goes on from here",
+            "relit: interrupted",
+        ]
+        for name in results("out"):
+            Image.open(tree / "out" / name).verify()
+        report = json.loads(finish(start("m.csv", "-o", "out", "--json"))[1])
+        assert report["kept"] >= 1
+        assert report["kept"] + report["ok"] == ROWS
+        assert not list((tree / "out").rglob("*.tmp"))
+
+    def test_two_at_once_are_refused(self, run):
+        child = start("m.csv", "-o", "out", "--jobs", "1")
+        try:
+            wait_for(lambda: journal("out"), child)
+            done = run("batch m.csv -o out")
+        finally:
+            os.killpg(child.pid, signal.SIGKILL)
+            child.communicate(timeout=30)
+        assert done.code == 1
+        assert "out/.relit/journal.jsonl: another run is at work here" in the_line(done.err)
+
+    def test_a_row_that_kills_its_worker(self, tree, monkeypatch):
+        # A photo that crashes a decoder: the worker's own way to read files ends it.
+        (tree / "sitecustomize.py").write_text(
+            "import os\n"
+            "def load(event, given):\n"
+            "    if event == 'open' and str(given[0]).endswith('in/1/4.png'): os.kill(os.getpid(), 9)\n"
+            "import sys; sys.addaudithook(load)\n"
+        )
+        paths = [str(tree), *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
+        monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, paths)))
+        code, out, err = finish(start("m.csv", "-o", "out", "--jobs", "2"))
+        assert (code, out) == (1, b"")
+        assert err.decode().splitlines()[-1] == f"relit: 1 of {ROWS} rows failed; out/results.csv says why"
+        failed = [row for row in table() if row["status"] == "failed"]
+        assert [(row["row"], row["reason"][:15]) for row in failed] == [("5", "the worker died")]
+        assert len(results("out")) == ROWS - 1
+
+
+def test_an_outcome_of_a_row_without_a_name_has_a_key():
+    assert Outcome(3, "", "failed").key != Outcome(4, "", "failed").key

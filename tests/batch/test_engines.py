@@ -1,0 +1,377 @@
+"""Engines: loky and a Dask cluster do the same, whatever dies; the functions here run in their workers."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from concurrent.futures import CancelledError
+from contextlib import ExitStack, closing
+from pathlib import Path
+
+import dask
+import distributed
+import psutil
+import pytest
+import threadpoolctl
+
+from relit.batch import lent
+from relit.batch.engines import engine
+from relit.errors import ClusterLostError, ImageError, OptionError, WorkerLostError
+from relit.runtime.threads import available, bands, limit, pool
+
+PROCESSES = ["local", pytest.param("dask", marks=pytest.mark.slow)]
+#: Stays at work in two processes, whose numbers it prints; what a Ctrl-C does to it is the default.
+STAY = """
+import signal, sys, time
+from relit.batch.engines import engine
+from tests.batch.test_engines import identity
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
+if __name__ == "__main__":
+    print("there", flush=True)
+    with engine(sys.argv[1], 2) as lent:
+        found = set()
+        while len(found) < 2:
+            found |= {future.result() for future in [lent.submit(identity) for _ in range(4)]}
+        work = [lent.submit(time.sleep, 60) for _ in range(2)]
+        print(*found, flush=True)
+        work[0].result()
+"""
+
+
+def square(number):
+    return number**2
+
+
+def square_the_second_time(number, marker):
+    """Kill the process that works on it, once."""
+    if not marker.exists():
+        marker.touch()
+        die()
+    return number**2
+
+
+def die():
+    os.kill(os.getpid(), getattr(signal, "SIGKILL", signal.SIGTERM))
+
+
+def complain():
+    raise ImageError("face.png: is a cat")
+
+
+def identity():
+    time.sleep(0.05)
+    return os.getpid()
+
+
+def threads():
+    return available(), {library["num_threads"] for library in threadpoolctl.threadpool_info()}
+
+
+@pytest.fixture(scope="module", params=PROCESSES)
+def two(request):
+    """An engine of two workers."""
+    with engine(request.param, 2) as lent:
+        yield lent
+
+
+@pytest.fixture(scope="module")
+def of_ray():
+    pytest.importorskip("ray")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONPATH", os.pathsep.join(filter(None, sys.path)))  # for the functions here
+        with engine("ray", 2) as lent:
+            yield lent
+
+
+def results(lent, tasks):
+    """What a run does: all at once, and what was lost once more, alone."""
+
+    def outcome(future):
+        try:
+            return future.result(timeout=120)
+        except WorkerLostError:
+            return WorkerLostError
+
+    found = [outcome(future) for future in [lent.submit(*task) for task in tasks]]
+    return [
+        outcome(lent.submit(*task)) if result is WorkerLostError else result
+        for task, result in zip(tasks, found, strict=True)
+    ]
+
+
+class TestLoss:
+    def test_of_a_worker_loses_nothing(self, two, tmp_path):
+        tasks = [(square, number) for number in range(20)]
+        tasks[7] = (square_the_second_time, 7, tmp_path / "marker")
+        assert results(two, tasks) == [number**2 for number in range(20)]
+
+    def test_of_every_worker_that_tries_harms_no_other(self, two):
+        tasks = [(square, number) for number in range(20)]
+        tasks[7] = (die,)
+        found = results(two, tasks)
+        assert found.pop(7) is WorkerLostError
+        assert found == [number**2 for number in range(20) if number != 7]
+
+    def test_names_its_cause(self):
+        with engine("local", 1) as lent, pytest.raises(WorkerLostError, match="memory") as caught:
+            lent.submit(die).result()
+        assert "terminated" in str(caught.value.__cause__)
+
+
+class TestWork:
+    def test_exceptions_arrive_as_they_are(self, two):
+        with pytest.raises(ImageError, match=r"^face\.png: is a cat$") as caught:
+            two.submit(complain).result()
+        assert type(caught.value) is ImageError
+
+    def test_is_done_by_processes_that_stay(self, two):
+        found = {future.result() for future in [two.submit(identity) for _ in range(20)]}
+        assert 1 <= len(found) <= 2
+        assert os.getpid() not in found
+
+    def test_takes_its_part_of_the_cores(self, two):
+        assert two.workers == 2
+        assert two.submit(threads).result() == (max(1, available() // 2), {1})
+
+    def test_can_be_given_up_before_it_starts(self):
+        with engine("local", 1) as lent:
+            work = [lent.submit(time.sleep, 0.1) for _ in range(20)]
+            assert work[-1].cancel()
+            with pytest.raises(CancelledError):
+                work[-1].result()
+            assert work[0].result() is None
+
+    @pytest.mark.parametrize("name", PROCESSES)
+    def test_is_finished_at_the_end_of_the_block(self, name):
+        with engine(name, 2) as lent:
+            work = [lent.submit(time.sleep, 0.2) for _ in range(8)]
+        assert all(future.done() and future.exception() is None for future in work)
+
+    @pytest.mark.parametrize("name", PROCESSES)
+    def test_is_given_up_where_the_block_fails(self, name):
+        start = time.monotonic()
+
+        def interrupted():
+            nonlocal worker
+            with engine(name, 2) as lent:
+                worker = psutil.Process(lent.submit(identity).result())
+                for _ in range(20):  # more than loky hands on at once
+                    lent.submit(time.sleep, 60)
+                raise KeyboardInterrupt
+
+        worker = None
+        with pytest.raises(KeyboardInterrupt):
+            interrupted()
+        assert not worker.is_running()
+        assert time.monotonic() - start < 50
+
+    def test_that_leaves_much_memory_behind_disturbs_nobody(self):
+        """loky replaces such a worker, and warns; that warning would end its thread here."""
+        with engine("local", 1) as lent:
+            one = lent.submit(identity).result()
+            time.sleep(1.1)  # loky looks once a second
+            assert lent.submit(hoard, 400_000_000).result() == one
+            assert [lent.submit(square, number).result(timeout=60) for number in range(5)] == [0, 1, 4, 9, 16]
+
+
+HOARD = []
+
+
+def hoard(size):
+    HOARD.append(bytearray(os.urandom(1)) * size)
+    return os.getpid()
+
+
+def is_alive(number):
+    try:
+        return psutil.Process(number).status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs the signals of POSIX")
+@pytest.mark.parametrize("name", PROCESSES)
+class TestSignals:
+    @pytest.fixture
+    def child(self, name, tmp_path):
+        (tmp_path / "stay.py").write_text(STAY)
+        environment = {
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join(filter(None, [str(Path.cwd()), *sys.path])),
+        }
+        words = [sys.executable, tmp_path / "stay.py", name]
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+        with subprocess.Popen(words, env=environment, start_new_session=True, **pipes) as child:
+            assert child.stdout.readline() == "there\n"
+            yield child
+            child.kill()
+
+    @pytest.mark.parametrize("delay", [0.3, 0.8, None])
+    def test_ctrl_c_is_heard_by_this_process_alone(self, child, delay):
+        """While the workers start, or at work: as in a terminal, all of them get it."""
+        if delay is None:
+            child.stdout.readline()
+        else:
+            time.sleep(delay)
+        os.killpg(child.pid, signal.SIGINT)
+        _, err = child.communicate(timeout=60)
+        assert err.count("Traceback (most recent call last)") == 1
+        assert err.endswith("KeyboardInterrupt\n")
+
+    def test_no_worker_outlives_a_process_that_is_killed(self, child):
+        workers = [int(word) for word in child.stdout.readline().split()]
+        assert len(workers) == 2
+        assert all(map(is_alive, workers))
+        child.kill()
+        end = time.monotonic() + 20
+        while any(map(is_alive, workers)) and time.monotonic() < end:
+            time.sleep(0.1)
+        assert not any(map(is_alive, workers))
+
+
+class TestRefusals:
+    @pytest.mark.parametrize(
+        ("name", "workers", "address", "message"),
+        [
+            ("slurm", 2, None, "engine: expected one of local, dask, ray, got 'slurm'"),
+            ("local", 0, None, "workers: expected an integer above 0, got 0"),
+            ("local", True, None, "workers: expected an integer above 0, got True"),
+            ("local", 2.0, None, r"workers: expected an integer above 0, got 2\.0"),
+            ("local", 2, "tcp://a:1", "address: goes with the engines dask and ray"),
+            ("dask", 2, "nonsense", "no Dask scheduler answers at 'nonsense'; check it"),
+            ("dask", 2, "", "no Dask scheduler answers at ''; check it"),
+        ],
+    )
+    def test_of_an_argument(self, name, workers, address, message):
+        with pytest.raises(OptionError, match=message), engine(name, workers, address=address):
+            pass
+
+    @pytest.mark.parametrize(("name", "module", "extra"), [("dask", "distributed", "cluster"), ("ray",) * 3])
+    def test_of_an_engine_that_is_not_installed(self, monkeypatch, name, module, extra):
+        monkeypatch.setitem(sys.modules, module, None)
+        with pytest.raises(OptionError, match=rf"pip install 'relit\[{extra}\]'$"), engine(name, 2):
+            pass
+
+    def test_of_an_address_where_no_ray_is(self):
+        pytest.importorskip("ray")
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            address = f"127.0.0.1:{server.getsockname()[1]}"
+        with pytest.raises(OptionError, match=f"no Ray cluster answers at '{address}'"):
+            engine("ray", 2, address=address).__enter__()
+
+    @pytest.mark.parametrize("answer", [None, b"", b"HTTP/1.1 400 Bad Request\r\n\r\n" * 9])
+    def test_of_an_address_where_something_else_is(self, monkeypatch, answer):
+        """It is silent, hangs up, or talks of other things."""
+        monkeypatch.setattr("relit.batch.on_dask.PATIENCE", 2)
+        server = socket.create_server(("127.0.0.1", 0))
+
+        def serve():
+            with ExitStack() as callers:
+                while True:
+                    try:
+                        caller, _ = server.accept()
+                    except OSError:
+                        return
+                    callers.enter_context(closing(caller))
+                    if answer is not None:
+                        caller.sendall(answer)
+                        caller.close()
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        start = time.monotonic()
+        with pytest.raises(OptionError, match=f"no Dask scheduler answers at '{address}'"):
+            engine("dask", 2, address=address).__enter__()
+        server.shutdown(socket.SHUT_RDWR)
+        server.close()
+        thread.join()
+        assert time.monotonic() - start < 30
+
+
+@pytest.mark.slow
+class TestCluster:
+    """A Dask that runs already."""
+
+    @pytest.fixture
+    def cluster(self):
+        with distributed.LocalCluster(
+            n_workers=3, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=50
+        ) as cluster:
+            yield cluster
+
+    def test_lends_its_workers(self, cluster):
+        with engine("dask", 1, address=cluster.scheduler_address) as lent:
+            assert lent.workers == 3
+            assert lent.submit(threads).result() == (1, {1})
+        with engine("dask", 8, address=cluster.scheduler_address) as lent:
+            assert lent.workers == 8
+            assert results(lent, [(square, 3)]) == [9]
+
+    def test_that_goes_away_takes_all_along(self, cluster):
+        with (
+            dask.config.set({"distributed.comm.timeouts.connect": "3s"}),  # how long it is waited for
+            engine("dask", 1, address=cluster.scheduler_address) as lent,
+        ):
+            work = [lent.submit(time.sleep, 60) for _ in range(5)]
+            cluster.close()
+            for future in work:
+                with pytest.raises(ClusterLostError, match="the cluster is gone"):
+                    future.result(timeout=60)
+            with pytest.raises(ClusterLostError):
+                lent.submit(square, 1).result(timeout=60)
+
+    def test_with_another_relit_is_refused(self, cluster, monkeypatch):
+        monkeypatch.setattr("relit.__version__", "99")
+        with pytest.raises(OptionError, match=r"has relit .*; install relit 99 there, as here"):
+            engine("dask", 1, address=cluster.scheduler_address).__enter__()
+
+
+@pytest.mark.slow
+class TestRay:
+    """Where it is installed."""
+
+    def test_loses_nothing(self, of_ray, tmp_path):
+        tasks = [(square, number) for number in range(20)]
+        tasks[7] = (square_the_second_time, 7, tmp_path / "marker")
+        tasks[8] = (die,)
+        found = results(of_ray, tasks)
+        assert found.pop(8) is WorkerLostError
+        assert found == [number**2 for number in range(20) if number != 8]
+
+    def test_exceptions_arrive_as_they_are(self, of_ray):
+        with pytest.raises(ImageError, match=r"^face\.png: is a cat$") as caught:
+            of_ray.submit(complain).result()
+        assert type(caught.value) is ImageError
+
+    def test_takes_its_part_of_the_cores(self, of_ray):
+        assert of_ray.workers == 2
+        assert of_ray.submit(threads).result() == (max(1, available() // 2), {1})
+
+
+class TestLimit:
+    def test_holds_in_the_threads_that_are_lent(self):
+        with limit(1):
+            assert available() == 1
+            assert bands((4096, 4096), None) == [(0, 4096)]
+            with pool(2) as run:
+                assert run(lambda _: available(), range(4)) == [1] * 4
+        assert available() == len(os.sched_getaffinity(0))
+
+    def test_is_no_more_than_the_cores(self):
+        with limit(1000):
+            assert available() == len(os.sched_getaffinity(0))
+
+    @pytest.mark.parametrize("threads", [0, -1, 1.5, True])
+    def test_out_of_range(self, threads):
+        with pytest.raises(OptionError, match="threads: expected"), limit(threads):
+            pass
+
+
+def test_a_worker_holds_no_more_than_it_was_given():
+    assert lent.share(1000, None) == 1
+    assert lent.share(1, None) == available()
+    assert lent.share(1, "tcp://a:1") == 1
