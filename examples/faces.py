@@ -15,7 +15,7 @@ from scipy.ndimage import binary_closing, distance_transform_edt, map_coordinate
 
 from relit import Landmarks, TransferResult, detect_landmarks, read_image, transfer
 from relit.evaluate.yale_b import Light, YaleB
-from relit.face.regions import face_mask
+from relit.face.regions import FaceRegions
 from relit.face.shape import face_shape
 from relit.runtime.threads import one_blas_thread
 
@@ -111,7 +111,7 @@ def in_light(
     towards = np.array([-np.sin(across) * np.cos(up), -np.sin(up), -np.cos(across) * np.cos(up)])
     lambertian = np.maximum(face_shape(face.landmarks, face.pixels.shape).normals @ towards, 0)
     # What is not face has no normals here, and the mean light.
-    mask = face_mask(face.landmarks, face.pixels.shape)
+    mask = FaceRegions(face.landmarks, face.pixels.shape[:2]).mask()
     lambertian = mask * lambertian + (1 - mask) * lambertian[mask == 1].mean()
     shade = 0.25 + 0.75 * lambertian[..., None] * np.array(color)
     lit = face.pixels * shade ** (1 / _GAMMA)

@@ -7,7 +7,7 @@ from skimage import data
 from relit.errors import FaceNotFoundError, ImageError, LandmarkError, OptionError
 from relit.face.landmark_files import read_landmarks
 from relit.face.landmarks import Landmarks
-from relit.face.regions import face_outline
+from relit.face.outline import face_outline
 from relit.photo.photo import Photo, read_image
 from relit.photo.pixels import DARKEST
 from relit.relighting import transfer

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from relit.compose.blend import base_of
 from relit.compose.matte import REACH
 from relit.errors import ImageError, OptionError
 from relit.face.detect import detect_landmarks
 from relit.face.landmarks import Landmarks, as_landmarks, check_inside, check_pair
-from relit.face.regions import face_outline
-from relit.face.views import View, Window, view_of, window_round
-from relit.methods import WITH_SECOND_REFERENCE
-from relit.photo.photo import Photo, in_one_profile
+from relit.face.outline import face_outline
+from relit.face.views import View, view_of, whole, window_round
+from relit.ltv.g_value import lam_for
+from relit.photo.photo import Photo
 from relit.photo.pixels import check_pixels, check_samples
-from relit.warp.alignment import align
+from relit.photo.planes import PlaneSpace, plane_space
+from relit.settings.methods import WITH_SECOND_REFERENCE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,15 +26,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from relit.settings.options import TransferOptions
-    from relit.warp.alignment import Alignment
 
     AnyPhoto = NDArray[Any] | Photo
     AnyLandmarks = Landmarks | ArrayLike
-
-#: The least distance of the eyes, in px, that a method works at. A light fitted to a face is as good on a
-#: small one; where edges are found one by one, more pixels find them better.
-_WORKING = {"shading": 90.0}
-_WORKING_OTHERS = 200.0
 
 #: How far round the face the method looks, in interocular distances: several times the scale 1/λ at which u
 #: still feels what lies there.
@@ -47,7 +43,8 @@ class Reference(NamedTuple):
     original : array
     original_landmarks : Landmarks
     photo : Photo
-        Reduced, without alpha; where it is to be split alone, the face and its surroundings.
+        Reduced, without alpha, in the colours of the target's profile; where it is to be split alone, the
+        face and its surroundings.
     landmarks : Landmarks
         In px of that.
     """
@@ -58,12 +55,82 @@ class Reference(NamedTuple):
     landmarks: Landmarks
 
 
-def seen_reference(
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """A target and what is to light it, as they are seen.
+
+    Attributes
+    ----------
+    photo : Photo
+        The target.
+    landmarks : Landmarks
+        In px of that.
+    view : View
+        Of the target's face.
+    references : tuple of Reference
+        None with a light by name.
+    second : Reference or None
+        The second reference.
+    space : PlaneSpace
+        The planes that are relit.
+    base : (h, w, k) or (h, w, 1) float32 array
+        Those of the view, in (0, 1].
+    lam : float
+        λ for a face whose eyes are 100 px apart.
+    """
+
+    photo: Photo
+    landmarks: Landmarks
+    view: View
+    references: tuple[Reference, ...]
+    second: Reference | None
+    space: PlaneSpace
+    base: NDArray[np.float32]
+    lam: float
+
+
+def look(
+    target: Photo,
+    target_landmarks: AnyLandmarks | None,
+    references: Sequence[tuple[AnyPhoto, AnyLandmarks | None]],
+    second: tuple[AnyPhoto, AnyLandmarks | None] | None,
+    options: TransferOptions,
+    detail: float | None,
+) -> Seen:
+    """Find the faces that are not given, and see all photos at the size that these need.
+
+    Raises
+    ------
+    ImageError, FaceNotFoundError, LandmarkError
+        As `relit.transfer` does.
+    """
+    here = landmarks_of(target.pixels, target_landmarks, "target")
+    check_inside(here, target.pixels.shape, "target_landmarks")
+    seen = [_reference(one, marks, "reference", here, options, detail) for one, marks in references]
+    beside = None if second is None else _reference(*second, "second", here, options, detail)
+    if target.pixels.ndim == 2 and any(one.photo.pixels.ndim == 3 for one in seen):
+        target = target.to_profile(None)  # a grey profile knows no colours
+    view = _face_view(target.pixels, here, options, detail)
+    grey = (target.pixels.ndim == 2, not seen or seen[0].photo.pixels.ndim == 2)
+    space = plane_space(*grey, options.color_space, options.lit_channels)  # type: ignore[arg-type]
+    return Seen(
+        photo=target,
+        landmarks=here,
+        view=view,
+        references=tuple(_in_profile_of(target, one) for one in seen),
+        second=beside and _in_profile_of(target, beside),
+        space=space,
+        base=base_of(space.of_target(view.pixels)),
+        lam=lam_for(view.landmarks, options),
+    )
+
+
+def _reference(
     given: AnyPhoto,
     marks: AnyLandmarks | None,
     name: str,
     here: Landmarks,
-    settings: TransferOptions,
+    options: TransferOptions,
     detail: float | None,
 ) -> Reference:
     """Check a reference, find its face if need be, and reduce it."""
@@ -71,41 +138,27 @@ def seen_reference(
     landmarks = landmarks_of(photo.pixels, marks, name)
     check_pair(here, landmarks)
     check_inside(landmarks, photo.pixels.shape, f"{name}_landmarks")
-    if settings.splits_alone:
-        view = face_view(photo.pixels, landmarks, settings, detail)
+    if options.splits_alone:
+        view = _face_view(photo.pixels, landmarks, options, detail)
     else:
-        factor = reduction(landmarks, settings, detail)
-        view = view_of(photo.pixels, landmarks, _whole(photo.pixels.shape), factor)
-    seen = replace(photo, pixels=view.pixels, alpha=None)
-    return Reference(photo.pixels, landmarks, seen, view.landmarks)
+        window = whole(photo.pixels, landmarks).window
+        view = view_of(photo.pixels, landmarks, window, reduction(landmarks, options, detail))
+    return Reference(photo.pixels, landmarks, replace(photo, pixels=view.pixels, alpha=None), view.landmarks)
 
 
-def in_profile_of(photo: Photo, light: Reference) -> Reference:
-    """Return a reference in the colours of the photo's profile."""
-    return light._replace(photo=in_one_profile(photo, light.photo)[1])
+def _in_profile_of(target: Photo, reference: Reference) -> Reference:
+    """Return a reference in the colours of the target's profile; in sRGB where one of the two is grey."""
+    alike = target.pixels.ndim == reference.photo.pixels.ndim
+    return reference._replace(photo=reference.photo.to_profile(target.profile if alike else None))
 
 
-def laid_over(view: View, light: Reference, options: TransferOptions) -> Alignment:
-    """Lay a reference over the view."""
-    return align(
-        light.photo.pixels,
-        light.landmarks,
-        view.landmarks,
-        view.pixels.shape,
-        kernel=options.kernel,  # type: ignore[arg-type]
-        affine=options.affine,
-        smoothing=options.smoothing,
-        dtype=view.pixels.dtype,
-    )
-
-
-def face_view(
+def _face_view(
     image: NDArray[Any], landmarks: Landmarks, options: TransferOptions, detail: float | None
 ) -> View:
     """Return the view that a method gets of a target."""
     factor = reduction(landmarks, options, detail)
     if not options.mask:
-        return view_of(image, landmarks, _whole(image.shape), factor)
+        return view_of(image, landmarks, whole(image, landmarks).window, factor)
     points = np.vstack([face_outline(landmarks), landmarks.xy])
     margin = max(REACH, _SURROUNDINGS) * landmarks.interocular_distance
     return view_of(image, landmarks, window_round(points, margin, image.shape, factor), factor)
@@ -115,12 +168,7 @@ def reduction(landmarks: Landmarks, options: TransferOptions, detail: float | No
     """Return by how much a photo can be reduced before its face is smaller than the method needs."""
     if options.full_resolution:
         return 1
-    least = detail or _WORKING.get(options.method, _WORKING_OTHERS)
-    return max(int(landmarks.interocular_distance / least), 1)
-
-
-def _whole(shape: tuple[int, ...]) -> Window:
-    return slice(0, shape[0]), slice(0, shape[1])
+    return max(int(landmarks.interocular_distance / (detail or options.record.working_iod)), 1)
 
 
 def as_photo(image: AnyPhoto, name: str) -> Photo:

@@ -1,12 +1,11 @@
-"""Carry the light of a reference to a target.
+"""Carry the light of a reference to a target, in five calls.
 
-1. Warp the reference onto the target through paired landmarks.
-2. Relight the target by it, plane of colour by plane: by `methods.shading`, or as Algorithm 1 of Li, Yin and
-   Deng (2009) has it, by `methods.ltv_swap`: ``u(warped reference) · v(target)``, or if many targets are to
-   share one split of a reference, ``warped u(reference) · v(target)``.
-3. Make that change of light on the target's skin, as far as it is known and wanted.
-
-Steps 1 and 2 work on views of the photos that are as large as a face needs; step 3 on the photo itself.
+1. *Look*: find the faces, and see them as large as the method needs.
+2. *Warp* the reference onto the target through paired landmarks.
+3. *Relight* the target by it, plane of colour by plane: by `methods.shading`, or by `methods.paper` as Li,
+   Yin and Deng (2009) have it in their Algorithm 1, ``u(warped reference) · v(target)``.
+4. *Adjust* that change of light: as far as it is known, on the target's skin, as much as is wanted.
+5. *Blend* it into the photo at its own size and depth.
 """
 
 from __future__ import annotations
@@ -15,49 +14,32 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from relit.compose.adjust import controlled
-from relit.compose.blend import base_of, blend
-from relit.compose.matte import eyes_and_teeth, known, matte
-from relit.compose.membrane import fill
+from relit.compose.adjust import anchored, controlled
+from relit.compose.blend import blend
+from relit.compose.matte import share_of_change, sparing_whites
+from relit.compose.membrane import carried_on
+from relit.compose.trust import known
 from relit.errors import OptionError
-from relit.face.landmarks import check_inside
-from relit.face.regions import face_mask, part_mask
 from relit.face.shape import face_shape
-from relit.face.views import View
-from relit.inputs import (
-    as_photo,
-    check_region_mask,
-    check_second,
-    face_view,
-    given_references,
-    in_profile_of,
-    laid_over,
-    landmarks_of,
-    seen_reference,
-)
+from relit.inputs import as_photo, check_region_mask, check_second, given_references, look
 from relit.light.rendering import render
-from relit.ltv.decomposition import FACE_SCALE
-from relit.ltv.g_value import lam_for
-from relit.methods import METHODS
-from relit.methods.scene import Scene
-from relit.photo.photo import in_one_profile
-from relit.photo.pixels import to_unit
-from relit.photo.planes import PlaneSpace, plane_space
-from relit.photo.resampling import reduced
+from relit.ltv.decomposition import lam_in_px
+from relit.methods import RELIGHT
+from relit.methods.scene import Relit, Scene
 from relit.results import Lighting, TransferResult
 from relit.runtime.timing import Stopwatch
 from relit.settings.options import TransferOptions
 from relit.settings.studio_lights import studio_light
+from relit.warp.alignment import Alignment, lay_over
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from relit.inputs import AnyLandmarks, AnyPhoto, Reference
+    from relit.inputs import AnyLandmarks, AnyPhoto, Reference, Seen
+    from relit.methods.shading import LightAndPerson
 
-_CELL = 1 / 20  # of the interocular distance, and at least 2 px: the size of the membrane's cells
-_SETTLED = 0.4  # interocular distances, over which a change that is carried on turns into the mean
 _LEAST = 1e-4  # brightness of 1 below which a relit plane is black
 
 
@@ -141,156 +123,119 @@ def transfer(
     given = given_references(reference, reference_landmarks, settings)
     check_second(second_reference, given, settings.method)
     check_region_mask(region_mask, photo.pixels.shape)
+    second = None if second_reference is None else (second_reference, second_landmarks)
     watch = Stopwatch()
 
     with watch("look"):
-        here = landmarks_of(photo.pixels, target_landmarks, "target")
-        check_inside(here, photo.pixels.shape, "target_landmarks")
-        lights = [seen_reference(one, marks, "reference", here, settings, detail) for one, marks in given]
-        second = None
-        if second_reference is not None:
-            second = seen_reference(second_reference, second_landmarks, "second", here, settings, detail)
-        for light in lights:
-            photo = in_one_profile(photo, light.photo)[0]
-        lights = [in_profile_of(photo, light) for light in lights]
-        second = second and in_profile_of(photo, second)
-        view = face_view(photo.pixels, here, settings, detail)
-        grey = not lights or lights[0].photo.pixels.ndim == 2
-        space = plane_space(photo.pixels.ndim == 2, grey, settings.color_space, settings.lit_channels)  # type: ignore[arg-type]
-        face = face_mask(view.landmarks, view.pixels.shape) > 0.5
-        shared = _Shared(
-            view,
-            space,
-            base_of(space.of_target(view.pixels)),
-            face if face.any() else np.ones_like(face),
-            lam_for(view.landmarks, settings),
-            settings,
-            watch,
-        )
-
-    by_name: list[Reference | None] = [None]
-    lightings = [_lighting(shared, light, second) for light in lights or by_name]
-    with watch("combine"):
-        change = np.median([lighting.filled for lighting in lightings], axis=0)
-        change = controlled(change, shared.base, shared.face, space.weights(change.shape[2]), settings)
-        mask = None
-        if settings.mask:
-            change = _sparing_whites(change, view, space)
-            mask = matte(view.pixels, view.landmarks)
-        mask = _in_region(mask, view, settings, region_mask)
-
-    with watch("blend"):
-        colored = photo.pixels.ndim == 2 and not grey
-        image = np.repeat(photo.pixels[..., None], 3, axis=2) if colored else photo.pixels.copy()
-        image[view.window] = blend(
-            photo.pixels[view.window], change, mask, space, shared.base, view.factor, colored=colored
-        )
-    relit = np.clip(shared.base * np.exp(change), 0, 1)
-    return TransferResult(
-        image,
-        photo.pixels,
-        tuple(light.original for light in lights),
-        here,
-        tuple(light.original_landmarks for light in lights),
-        view,
-        tuple(lightings),
-        change,
-        space.rebuild(view.pixels, relit[..., 0] if relit.shape[2] == 1 else relit),
-        mask,
-        settings,
-        shared.lam * FACE_SCALE / view.landmarks.interocular_distance,
-        watch.seconds,
-    )
-
-
-class _Shared(NamedTuple):
-    """What all lights on a face share."""
-
-    view: View
-    space: PlaneSpace
-    base: NDArray[np.float32]
-    face: NDArray[np.bool_]
-    lam: float
-    options: TransferOptions
-    watch: Stopwatch
-
-
-def _lighting(shared: _Shared, light: Reference | None, second: Reference | None) -> Lighting:
-    """Relight the view by one reference, or by the light that the options name."""
-    view, space, base, face, lam, options, watch = shared
-    alignment = second_alignment = None
-    with watch("align"):
-        if light is None:
-            shape = face_shape(view.landmarks, view.pixels.shape)
-            lamp = studio_light(options.light or "")
-            warped: NDArray[Any] = render(shape, lamp, view.landmarks.interocular_distance)
-        else:
-            alignment = laid_over(view, light, options)
-            warped = alignment.warped
-        if second is not None:
-            second_alignment = laid_over(view, second, options)
+        seen = look(photo, target_landmarks, given, second, settings, detail)
+    with watch("warp"):
+        lights = [_warp(seen, one, settings) for one in seen.references or (None,)]
     with watch("relight"):
-        made = METHODS[options.method](
-            Scene(
-                space.of_target(view.pixels),
-                space.of_reference(warped),
-                view.landmarks,
-                light.landmarks if light else view.landmarks,
-                face,
-                lam,
-                options,
-                space.of_reference(second_alignment.warped) if second_alignment else None,
-                rendered=light is None,
-                own=space.of_reference(light.photo.pixels) if light and options.splits_alone else None,
-                alignment=alignment,
-            )
+        relit = [_relight(seen, light, settings) for light in lights]
+    with watch("adjust"):
+        lightings = tuple(
+            _lighting(seen, light, made, settings) for light, made in zip(lights, relit, strict=True)
         )
-        change = np.log(np.maximum(np.atleast_3d(made.planes), _LEAST) / base)
-    trust = None
-    filled = change
-    if options.mask:
-        with watch("fill"):
-            seen = alignment.inside if alignment else np.ones(warped.shape[:2], bool)
-            trust = known(view.pixels, warped, seen, view.landmarks, rendered=light is None)
-            cell = max(round(_CELL * view.landmarks.interocular_distance), 2)
-            reach = _SETTLED * view.landmarks.interocular_distance
-            filled = fill(change, trust, cell=cell, reach=reach)
-    return Lighting(
-        warped,
-        alignment,
-        second_alignment,
-        change,
-        filled,
-        trust,
-        made.target_split,
-        made.reference_split,
-        made.layers,
+        change = _adjust(seen, lightings, settings)
+        mask = share_of_change(seen.view, settings, region_mask)
+    with watch("blend"):
+        image = blend(seen.photo.pixels, seen.view, change, mask, seen.space, seen.base)
+
+    return TransferResult(
+        image=image,
+        target=seen.photo.pixels,
+        references=tuple(one.original for one in seen.references),
+        target_landmarks=seen.landmarks,
+        references_landmarks=tuple(one.original_landmarks for one in seen.references),
+        view=seen.view,
+        lightings=lightings,
+        change=change,
+        relit=seen.space.rebuild(seen.view.pixels, np.clip(seen.base * np.exp(change), 0, 1)),
+        mask=mask,
+        options=settings,
+        lam=lam_in_px(seen.lam, seen.view.landmarks.interocular_distance),
+        seconds=watch.seconds,
     )
 
 
-def _sparing_whites(change: NDArray[np.float32], view: View, space: PlaneSpace) -> NDArray[np.float32]:
-    """Return the change with eyes and teeth spared: less of it, no colour, and nothing of catchlights."""
-    white, share = eyes_and_teeth(view.pixels, view.landmarks)
-    if space.color_space == "rgb" and change.shape[2] == 3:
-        brightness = (change @ space.weights(3))[..., None]
-        change = change + white[..., None] * (brightness - change)
-    return change * share[..., None]
+class _Light(NamedTuple):
+    """A reference, or a face rendered in the light that the options name, as it lies on the view."""
+
+    warped: NDArray[Any]
+    reference: Reference | None
+    alignment: Alignment | None
+    second_alignment: Alignment | None
 
 
-def _in_region(
-    mask: NDArray[np.float32] | None,
-    view: View,
-    options: TransferOptions,
-    region_mask: NDArray[Any] | None,
-) -> NDArray[np.float32] | None:
-    """Return the mask within the region that is to be relit."""
-    parts = []
-    if options.region != "face":
-        parts.append(part_mask(view.landmarks, view.pixels.shape, options.region))
-    if region_mask is not None:
-        parts.append(to_unit(reduced(region_mask[view.window], view.factor)))
-    if options.strength == 0:
-        parts.append(np.zeros(view.pixels.shape[:2], np.float32))
-    for part in parts:
-        mask = part if mask is None else mask * part
-    return mask
+def _warp(seen: Seen, reference: Reference | None, options: TransferOptions) -> _Light:
+    """Lay a reference over the view, or render the light that the options name on the target's shape."""
+    second = None if seen.second is None else _laid_over(seen, seen.second, options)
+    if reference is not None:
+        alignment = _laid_over(seen, reference, options)
+        return _Light(alignment.warped, reference, alignment, second)
+    face = seen.view.regions
+    lamp = studio_light(options.light or "")
+    rendered = render(face_shape(face.landmarks, face.shape), lamp, face.interocular_distance)
+    return _Light(rendered, None, None, second)
+
+
+def _laid_over(seen: Seen, reference: Reference, options: TransferOptions) -> Alignment:
+    return lay_over(
+        reference.photo.pixels,
+        reference.landmarks,
+        seen.view.landmarks,
+        seen.view.pixels.shape,
+        kernel=options.kernel,  # type: ignore[arg-type]
+        affine=options.affine,
+        smoothing=options.smoothing,
+        dtype=seen.view.pixels.dtype,
+    )
+
+
+def _relight(seen: Seen, light: _Light, options: TransferOptions) -> Relit | LightAndPerson:
+    """Relight the view by the method that the options name."""
+    reference, second, planes = light.reference, light.second_alignment, seen.space.of_reference
+    return RELIGHT[options.method](
+        Scene(
+            target=seen.space.of_target(seen.view.pixels),
+            reference=planes(light.warped),
+            face=seen.view.regions,
+            reference_landmarks=(reference or seen.view).landmarks,
+            lam=seen.lam,
+            options=options,
+            second=planes(second.warped) if second else None,
+            rendered=reference is None,
+            own=planes(reference.photo.pixels) if reference and options.splits_alone else None,
+            alignment=light.alignment,
+        )
+    )
+
+
+def _lighting(seen: Seen, light: _Light, made: Relit | LightAndPerson, options: TransferOptions) -> Lighting:
+    """Return the change of light that a method made, carried on over what is not known of it."""
+    relit = anchored(made, options)
+    change = np.log(np.maximum(np.atleast_3d(relit.planes), _LEAST) / seen.base)
+    trust, filled = None, change
+    if options.mask:
+        inside = light.alignment.inside if light.alignment else np.ones(light.warped.shape[:2], bool)
+        trust = known(seen.view, light.warped, inside, rendered=light.reference is None)
+        filled = carried_on(change, trust, seen.view.regions.interocular_distance)
+    return Lighting(
+        warped=light.warped,
+        alignment=light.alignment,
+        second_alignment=light.second_alignment,
+        change=change,
+        filled=filled,
+        known=trust,
+        target_split=relit.target_split,
+        reference_split=relit.reference_split,
+        layers=relit.layers,
+    )
+
+
+def _adjust(seen: Seen, lightings: Sequence[Lighting], options: TransferOptions) -> NDArray[np.float32]:
+    """Return the change that most lights agree on, as bright, coloured and strong as the options want it."""
+    change = np.median([lighting.filled for lighting in lightings], axis=0)
+    weights = seen.space.weights(change.shape[2])
+    change = controlled(change, seen.base, seen.view.regions.interior, weights, options)
+    return sparing_whites(change, seen.view, seen.space) if options.mask else change

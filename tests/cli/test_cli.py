@@ -23,7 +23,7 @@ import pytest
 import tifffile
 from PIL import Image, ImageCms
 
-from relit import figures, inputs, relighting
+from relit import figures, relighting
 from relit.cli import app as module
 from relit.face import detect
 from relit.face.landmark_files import read_landmarks, write_landmarks
@@ -903,7 +903,7 @@ class TestInterruption:
         ("owner", "name"),
         [
             (detect, "detect_landmarks"),
-            (inputs, "align"),
+            (relighting, "lay_over"),
             (explained, "fit_light"),
             (relighting, "blend"),
             (figures, "contact_sheet"),

@@ -3,11 +3,21 @@
 import numpy as np
 import pytest
 
-from relit.compose.blend import base_of, blend
+from relit.compose import blend as room
+from relit.compose.blend import base_of
+from relit.face.landmarks import Landmarks
+from relit.face.views import view_of
 from relit.photo.planes import plane_space
 from relit.photo.resampling import reduced
 
 COLOR = plane_space(False, False, "rgb", "all")
+
+
+def blend(target, change, mask, space=COLOR, factor=1):
+    """Blend a change over all of a photo, worked out on it reduced by a factor."""
+    face = Landmarks([[1, 1], [3, 1], [1, 3]])
+    view = view_of(target, face, (slice(0, target.shape[0]), slice(0, target.shape[1])), factor)
+    return room.blend(target, view, change, mask, space, base_of(view.pixels))
 
 
 def photo(dtype, shape=(20, 30, 3)):
@@ -23,7 +33,7 @@ def test_what_is_outside_stays_bit_for_bit_and_the_rest_is_multiplied(dtype):
     mask = np.zeros((20, 30), np.float32)
     mask[5:10, 5:10], mask[7, 7] = 0.5, 1
     change = np.random.default_rng(1).normal(0, 0.3, (20, 30, 3)).astype(np.float32)
-    out = blend(target, change, mask, COLOR, base_of(target), 1, colored=False)
+    out = blend(target, change, mask)
     assert out.dtype == dtype
     np.testing.assert_array_equal(out[mask == 0], target[mask == 0])
     scale = 1 if np.dtype(dtype).kind == "f" else np.iinfo(dtype).max
@@ -37,9 +47,8 @@ def test_a_smooth_change_is_the_same_at_any_size(factor):
     target = photo(np.uint8, (60, 90, 3))
     y, x = np.mgrid[:60, :90]
     smooth = np.stack([np.sin(x / 25) / 3, np.cos(y / 30) / 4, (x + y) / 600], axis=-1).astype(np.float32)
-    whole = blend(target, smooth, None, COLOR, base_of(target), 1, colored=False)
-    base = base_of(reduced(target, factor))
-    small = blend(target, reduced(smooth, factor), None, COLOR, base, factor, colored=False)
+    whole = blend(target, smooth, None)
+    small = blend(target, reduced(smooth, factor), None, factor=factor)
     error = np.abs(whole.astype(int) - small)[factor:-factor, factor:-factor]
     assert np.sqrt((error**2).mean()) < 0.8
     assert np.abs(whole.astype(int) - target).mean() > 10
@@ -48,7 +57,7 @@ def test_a_smooth_change_is_the_same_at_any_size(factor):
 def test_no_change_at_a_reduced_size_gives_every_pixel_back():
     target = photo(np.uint8, (61, 47, 3))
     base = base_of(reduced(target, 4))
-    out = blend(target, np.zeros(base.shape, np.float32), None, COLOR, base, 4, colored=False)
+    out = blend(target, np.zeros(base.shape, np.float32), None, factor=4)
     np.testing.assert_array_equal(out, target)
 
 
@@ -59,7 +68,7 @@ def test_a_grey_target_is_coloured_inside_the_mask_only():
     change[..., 0] = np.log(2)
     mask = np.zeros((4, 4), np.float32)
     mask[1, 1] = 1
-    out = blend(target, change, mask, space, base_of(target), 1, colored=True)
+    out = blend(target, change, mask, space)
     assert out[1, 1].tolist() == [200, 100, 100]
     assert out[0, 0].tolist() == [100, 100, 100]
 
@@ -67,5 +76,5 @@ def test_a_grey_target_is_coloured_inside_the_mask_only():
 def test_black_can_become_light():
     target = np.zeros((8, 8), np.uint8)
     space = plane_space(True, True, "rgb", "all")
-    out = blend(target, np.full((8, 8, 1), 9, np.float32), None, space, base_of(target), 1, colored=False)
+    out = blend(target, np.full((8, 8, 1), 9, np.float32), None, space)
     assert (out == 255).all()

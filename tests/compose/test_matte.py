@@ -4,12 +4,15 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter, gaussian_gradient_magnitude
 
-from relit.compose.matte import REACH, eyes_and_teeth, known, matte
+from relit.compose.matte import REACH, eyes_and_teeth, matte
+from relit.compose.trust import known
 from relit.errors import LandmarkError
 from relit.face.detect import detect_landmarks
 from relit.face.landmark_files import read_landmarks
 from relit.face.landmarks import Landmarks
-from relit.face.regions import face_outline, part_mask
+from relit.face.outline import face_outline
+from relit.face.regions import FaceRegions
+from relit.face.views import whole
 from relit.photo.color import luma
 from relit.photo.photo import read_image
 from relit.photo.pixels import to_unit
@@ -38,7 +41,7 @@ def drawn(face_points):
 
 def test_skin_round_the_face_is_relit_hair_and_wall_are_not(drawn):
     image, face = drawn
-    mask = matte(image, face)
+    mask = matte(whole(image, face))
     left, right = face.xy[:, 0].min(), face.xy[:, 0].max()
     middle = int(face.xy[8, 1]) - 40
     assert mask[middle, int(left) + 20 : int(right) - 20].min() > 0.95
@@ -49,7 +52,7 @@ def test_skin_round_the_face_is_relit_hair_and_wall_are_not(drawn):
 
 def test_nothing_is_relit_out_of_reach(drawn):
     image, face = drawn
-    mask = matte(np.full_like(image, 128), face)
+    mask = matte(whole(np.full_like(image, 128), face))
     assert not mask[off_the_face(face, mask.shape, face_outline(face))].any()
     assert REACH == 0.9
     assert ((mask > 0.1) & (mask < 0.9)).any()
@@ -57,7 +60,7 @@ def test_nothing_is_relit_out_of_reach(drawn):
 
 def test_a_face_that_fills_the_frame_is_relit_whole():
     face = Landmarks([[-50, -50], [150, -50], [50, 400]])
-    np.testing.assert_array_equal(matte(np.zeros((40, 40, 3), np.uint8), face), 1)
+    np.testing.assert_array_equal(matte(whole(np.zeros((40, 40, 3), np.uint8), face)), 1)
 
 
 def test_the_references_fringe_and_its_spectacles_are_not_known(drawn):
@@ -68,22 +71,22 @@ def test_the_references_fringe_and_its_spectacles_are_not_known(drawn):
     bridge = face.xy[30].round().astype(int)  # a blue bridge of spectacles across the nose
     reference[bridge[1] - 6 : bridge[1] + 6, bridge[0] - 14 : bridge[0] + 14] = (40, 60, 160)
     seen = np.ones(image.shape[:2], bool)
-    trust = known(image, reference, seen, face)
+    trust = known(whole(image, face), reference, seen)
     assert trust[fringe].max() < 0.1
     assert trust[bridge[1], bridge[0]] < 0.1
     cheek = (face.xy[2] * 0.45 + face.xy[31] * 0.55).round().astype(int)
     assert trust[cheek[1], cheek[0]] > 0.9
     # Where the reference ends, nothing is known; of what was rendered, features are.
     seen[cheek[1] - 5 :] = False
-    assert known(image, reference, seen, face)[cheek[1] + 5 :].max() < 0.1
+    assert known(whole(image, face), reference, seen)[cheek[1] + 5 :].max() < 0.1
     eye = face.xy[36:42].mean(axis=0).round().astype(int)
     assert trust[eye[1], eye[0]] < 0.1
-    assert known(image, reference, seen, face, rendered=True)[eye[1], eye[0]] > 0.9
+    assert known(whole(image, face), reference, seen, rendered=True)[eye[1], eye[0]] > 0.9
 
 
 def test_eyes_and_catchlights_are_found(astronaut):
     photo, face = astronaut
-    white, share = eyes_and_teeth(photo, face)
+    white, share = eyes_and_teeth(whole(photo, face))
     for eye in face.eyes[:, :2].round().astype(int):
         assert white[eye[1], eye[0]] > 0.9
         assert share[eye[1], eye[0]] < 0.95
@@ -93,14 +96,14 @@ def test_eyes_and_catchlights_are_found(astronaut):
     lit = photo.copy()
     x, y = face.eyes[0, :2].round().astype(int)
     lit[y - 1 : y + 1, x - 1 : x + 1] = 255
-    assert eyes_and_teeth(lit, face)[1][y - 1 : y + 1, x - 1 : x + 1].max() < 0.2
+    assert eyes_and_teeth(whole(lit, face))[1][y - 1 : y + 1, x - 1 : x + 1].max() < 0.2
 
 
 @pytest.mark.parametrize("scheme", ["mesh478", "points"])
 def test_halves_meet_in_the_middle(scheme, astronaut):
     photo, face = astronaut
     face = face if scheme == "mesh478" else Landmarks(face.xy[::10], "points")
-    left, right = (part_mask(face, photo.shape, side) for side in ("left", "right"))
+    left, right = (FaceRegions(face, photo.shape[:2]).parts(side) for side in ("left", "right"))
     np.testing.assert_allclose(left + right, 1, atol=1e-6)
     outline = face_outline(face)
     assert left[int(outline[:, 1].mean()), int(outline[:, 0].min())] > 0.99
@@ -110,17 +113,17 @@ def test_halves_meet_in_the_middle(scheme, astronaut):
 def test_parts_lie_on_their_landmarks_and_add_up(astronaut):
     photo, face = astronaut
     for name in ("forehead", "cheeks", "nose", "mouth", "eyes", "chin"):
-        mask = part_mask(face, photo.shape, name)
+        mask = FaceRegions(face, photo.shape[:2]).parts(name)
         inside = face.xy[list(face.groups[name])]
         x, y = inside.mean(axis=0).round().astype(int)
         assert 0.02 < (mask > 0.5).sum() / face.interocular_distance**2 < 2
         if name not in ("eyes", "cheeks"):  # whose middle is the nose
             assert mask[y, x] > 0.9
-    both = part_mask(face, photo.shape, "nose+mouth")
-    parts = [part_mask(face, photo.shape, name) for name in ("nose", "mouth")]
+    both = FaceRegions(face, photo.shape[:2]).parts("nose+mouth")
+    parts = [FaceRegions(face, photo.shape[:2]).parts(name) for name in ("nose", "mouth")]
     np.testing.assert_array_equal(both, np.maximum(*parts))
     with pytest.raises(LandmarkError, match=r"^region: these landmarks \(points\) do not say where the nose"):
-        part_mask(Landmarks(face.xy[::10], "points"), photo.shape, "nose")
+        FaceRegions(Landmarks(face.xy[::10], "points"), photo.shape[:2]).parts("nose")
 
 
 def test_a_part_whose_points_lie_on_one_line_is_drawn(astronaut):
@@ -128,7 +131,7 @@ def test_a_part_whose_points_lie_on_one_line_is_drawn(astronaut):
     points = face.points.copy()
     rows = list(face.groups["chin"])
     points[rows, 0] = 200
-    mask = part_mask(Landmarks(points), photo.shape, "chin")
+    mask = FaceRegions(Landmarks(points), photo.shape[:2]).parts("chin")
     x, y = points[rows, :2].mean(axis=0).astype(int)
     assert mask[y, x] > 0.8
 

@@ -6,12 +6,13 @@ from scipy.ndimage import binary_dilation, distance_transform_edt
 from skimage.draw import polygon2mask
 
 from relit.face.landmarks import Landmarks
-from relit.face.regions import face_mask, face_outline
+from relit.face.outline import face_outline
+from relit.face.regions import FaceRegions
 
 
 def test_mask_is_one_in_the_face_and_zero_outside_its_outline(face_points):
     face = Landmarks(face_points * 3)
-    mask = face_mask(face, (420, 400))
+    mask = FaceRegions(face, (420, 400)).mask()
     outline = face_outline(face)
     inside = polygon2mask((420, 400), outline[:, ::-1])
     assert mask.min() == 0
@@ -27,7 +28,7 @@ def test_mask_is_one_in_the_face_and_zero_outside_its_outline(face_points):
 def test_mask_falls_over_the_feather_and_is_smooth():
     square = Landmarks([[50, 50], [250, 50], [250, 250], [50, 250]])
     iod = square.interocular_distance
-    mask = face_mask(square, (300, 300), feather=0.4)
+    mask = FaceRegions(square, (300, 300)).mask(feather=0.4)
     profile = mask[150, 45:151]
     assert (np.diff(profile) >= -1e-6).all()
     depth = np.arange(45, 151) - 50
@@ -50,7 +51,8 @@ def test_forehead_is_added_above_the_brows_of_schemes_without_one(face_points):
 
 def test_the_frame_is_no_edge_of_the_face():
     face = Landmarks([[-50, -50], [150, -50], [150, 60], [-50, 60]])
-    mask = face_mask(face, (100, 100))
+    mask = FaceRegions(face, (100, 100)).mask()
     assert mask[0, 0] == mask[0, 50] == mask[10, 99] == 1
     assert mask[70].max() == 0
-    np.testing.assert_array_equal(face_mask(Landmarks([[-50, -50], [150, -50], [50, 400]]), (40, 40)), 1)
+    larger = Landmarks([[-50, -50], [150, -50], [50, 400]])
+    np.testing.assert_array_equal(FaceRegions(larger, (40, 40)).mask(), 1)

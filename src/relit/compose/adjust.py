@@ -1,7 +1,8 @@
-"""What a user does to a change of light: how coloured, how bright, how strong.
+"""How bright a relit face is to be, of what hue, and how strong the change of light.
 
 A change is ``c = log(relit / target)``, plane by plane. Its brightness is that of the planes, weighted as
-`PlaneSpace.weights` says.
+`PlaneSpace.weights` says. A method that tells light from skin is anchored by that, before there is a change;
+of the others, the change is compared with the target.
 """
 
 from __future__ import annotations
@@ -10,11 +11,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from relit.methods.scene import Relit
+from relit.photo.color import LUMA_WEIGHTS
 from relit.photo.pixels import GAMMA
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from relit.methods.shading import LightAndPerson
     from relit.settings.options import TransferOptions
 
     Planes = NDArray[np.float32]
@@ -23,6 +27,32 @@ _BRIGHTEST = 0.95  # the share of a face that is darker than what says how brigh
 
 #: Logarithm of the factor by which a stop changes an encoded value.
 STOP = float(np.log(2) / GAMMA)
+
+
+def anchored(made: Relit | LightAndPerson, options: TransferOptions) -> Relit:
+    """Return relit planes as bright, and of the hue, that the options want, as far as a method tells these.
+
+    How strong the light is, and of what colour, cannot be told from how dark a skin is, and of what colour:
+    both stay those of the target, or become the reference's, or something between.
+    """
+    if isinstance(made, Relit):
+        return made
+    faces, exposure = made.faces, options.exposure_share
+    weights = LUMA_WEIGHTS if len(made.lights) == 3 else np.ones(len(made.lights))
+    ours, theirs = (
+        np.average([face.strength for face in some], weights=weights)
+        for some in (faces.targets, faces.references)
+    )
+    stronger = np.log(ours / theirs)
+    # A grey target has no hue to keep. Made brighter, the same pigment is less vivid.
+    tint = min(1.0, float(np.exp(-(1 - exposure) * stronger))) if faces.colored else options.tint_share or 0.0
+    inside = faces.face.inside
+    change = [
+        (target.shade - light)[inside].mean()
+        for target, light in zip(faces.targets, made.lights, strict=True)
+    ]
+    hue = change - np.average(change, weights=weights)
+    return made.anchored((1 - exposure) * stronger + (1 - tint) * hue)
 
 
 def controlled(
@@ -84,13 +114,13 @@ def _tinted(
         return np.repeat(brightness, 3, axis=2)
     share = options.tint_share
     if share is None:
-        if options.method != "shading":
+        if not options.record.anchors_itself:
             return change
         share = 0.0
     color, off = change - brightness, brightness - brightness[face].mean()
     steepness = (color[face] * off[face]).mean(axis=0) / max(float((off[face] ** 2).mean()), 1e-9)
     unwanted = steepness * off
-    if options.method != "shading":  # which has seen to the overall colour
+    if not options.record.anchors_itself:
         unwanted = unwanted + color[face].mean(axis=0)
     return np.asarray(change - np.float32(1 - share) * unwanted, np.float32)
 
@@ -104,7 +134,7 @@ def _exposure(
 ) -> float:
     """Return what to add to a change for the exposure that is wanted."""
     stops = options.stops or 0.0
-    if options.method == "shading" or options.exposure in (None, "take"):
+    if options.record.anchors_itself or options.exposure in (None, "take"):
         return stops * STOP
     before, after = (
         np.quantile(np.broadcast_to(planes, change.shape)[face] @ weights, _BRIGHTEST)

@@ -14,6 +14,7 @@ from relit.runtime.threads import available, pool
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from relit.face.views import View
     from relit.photo.planes import PlaneSpace
 
 _ROWS = 128  # at a time, so that what is in work fits a processor's cache
@@ -27,59 +28,58 @@ def base_of(planes: NDArray[Any]) -> NDArray[np.float32]:
 
 def blend(
     target: NDArray[Any],
+    view: View,
     change: NDArray[np.float32],
     mask: NDArray[np.float32] | None,
     space: PlaneSpace,
     base: NDArray[np.float32],
-    factor: int,
-    *,
-    colored: bool,
 ) -> NDArray[Any]:
-    """Return a photo with its planes changed: ``I · exp(mask · change)``.
+    """Return a photo with its planes changed where a view shows them: ``I · exp(mask · change)``.
 
     Parameters
     ----------
     target : (H, W) or (H, W, 3) array
+    view : View
+        Of the target.
     change : (h, w, k) array
-        log of what the planes are multiplied with, on the photo reduced by `factor`.
+        log of what the planes of the view are multiplied with.
     mask : (h, w) array or None
         Share of the change that is made. Where it is 0 the photo stays as it is, bit for bit.
     space : PlaneSpace
     base : (h, w, k) or (h, w, 1) array
-        Planes of the reduced photo, as of `base_of`.
-    factor : int
-    colored : bool
-        Whether a grey target takes on colours.
+        Planes of the view, as of `base_of`.
 
     Returns
     -------
     (H, W) or (H, W, 3) array
-        In the target's dtype.
+        In the target's dtype; RGB where a grey target takes on colours.
     """
+    image = in_rgb(target) if space.coloring else target.copy()
+    part, whole = image[view.window], target[view.window]
     made = change if mask is None else change * mask[..., None]
-    slope, offset = _lines(made, base) if factor > 1 else (np.zeros_like(made), made)
-    enlarged = [Enlarger(plane, factor, target.shape) for plane in (slope, offset)]
-    share = None if mask is None else Enlarger(mask, factor, target.shape)
-    out = np.empty((*target.shape[:2], 3) if colored else target.shape, target.dtype)
+    slope, offset = _lines(made, base) if view.factor > 1 else (np.zeros_like(made), made)
+    enlarged = [Enlarger(plane, view.factor, whole.shape) for plane in (slope, offset)]
+    share = None if mask is None else Enlarger(mask, view.factor, whole.shape)
 
     def work(first: int) -> None:
-        rows = slice(first, min(first + _ROWS, len(target)))
-        part = target[rows]
-        planes = base_of(space.of_target(part))
+        rows = slice(first, min(first + _ROWS, len(whole)))
+        planes = base_of(space.of_target(whole[rows]))
         steep, shift = (plane.rows(rows.start, rows.stop) for plane in enlarged)
-        if factor > 1:
+        if view.factor > 1:
             shift = shift + steep * np.log(planes)
         relit = np.clip(planes * np.exp(shift), 0, 1)
-        new = from_unit(space.rebuild(part, relit[..., 0] if relit.shape[2] == 1 else relit), target.dtype)
-        if share is not None:
-            old = np.repeat(part[..., None], 3, axis=2) if colored and part.ndim == 2 else part
-            touched = share.rows(rows.start, rows.stop) > 0
-            new = np.where(touched if new.ndim == 2 else touched[..., None], new, old)
-        out[rows] = new
+        new = from_unit(space.rebuild(whole[rows], relit), target.dtype)
+        touched = slice(None) if share is None else share.rows(rows.start, rows.stop) > 0
+        part[rows][touched] = new[touched]
 
     with pool(available()) as run:
-        run(work, range(0, len(target), _ROWS))
-    return out
+        run(work, range(0, len(whole), _ROWS))
+    return image
+
+
+def in_rgb(image: NDArray[Any]) -> NDArray[Any]:
+    """Return a grey image in RGB."""
+    return np.repeat(image[..., None], 3, axis=2)
 
 
 def _lines(

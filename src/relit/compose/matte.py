@@ -1,25 +1,20 @@
-"""Where a change of light is known, and where it goes.
+"""Where a change of light goes: the skin of the target, beyond the outline of its face too.
 
-A method tells how the light changes on the face. It cannot know where the reference shows hair, spectacles
-or what is behind, nor under brows, eyes and lips, which differ from person to person: there the change is
-carried on from around as a membrane would. What is changed is the skin of the target, beyond the outline of
-its face too, less and less with the distance.
+All of the face below the brows is skin for sure; above them, and round the face, what looks like its skin and
+can be reached from the face without crossing an edge takes the change, less and less with the distance.
 """
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt, gaussian_filter, grey_closing, grey_dilation, white_tophat
+from scipy.ndimage import distance_transform_edt, gaussian_filter, grey_closing, white_tophat
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
-from scipy.spatial import ConvexHull
 
 from relit.compose.guided_filter import guided_filter
-from relit.face.regions import drawn, face_outline, feature_hulls
-from relit.face.skin import skin_of
-from relit.photo.color import luma
 from relit.photo.pixels import to_unit
 from relit.photo.resampling import Enlarger, reduced
 from relit.runtime.memo import remembered
@@ -28,7 +23,10 @@ from relit.solver.neighborhoods import paired
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from relit.face.landmarks import Landmarks
+    from relit.face.regions import FaceRegions
+    from relit.face.views import View
+    from relit.photo.planes import PlaneSpace
+    from relit.settings.options import TransferOptions
 
 #: How far beyond the face's outline skin is relit, in interocular distances.
 REACH = 0.9
@@ -38,68 +36,53 @@ _SIDEWAYS = 2.0  # how much farther it is across a face than along it
 _BARRIER, _TEXTURE = 0.6, 1.0  # how far away an edge makes things, per standard deviation of the skin above
 _EDGE = 0.06  # interocular distances over which masks turn soft, and guided ones look for an edge
 _GUIDE = 0.03  # contrast of an edge, of 1
-_FEATURES = ("brows", "eyes", "mouth")
 _NONE, _ALL = 0.3, 0.9  # likeness to skin that counts as none, and as all
 _HOLE = 0.12  # interocular distances: holes in the skin smaller than this are none
 _FULL = 0.35  # of the reach, over which all of a change goes on
-_RIM_RENDERED, _RIM = (
-    0.04,
-    0.1,
-)  # interocular distances: at the outline a mesh is seen too flatly to shade well
-_OVERHANG = 0.12  # interocular distances
 _LAST = 0.1  # of the reach, over which the last of a change goes
-_GRAIN = 0.015  # interocular distances
 _FAINT = 0.04  # share of a change that nobody sees
-_GLINT = 0.12  # brightness, of 1, by which a catchlight exceeds what is round it
+_GLINT, _GLINT_SIZE = 0.12, 0.06  # brightness, of 1, by which a catchlight exceeds what is round it; IODs
 _WHITE = 0.85  # share of a change that eyes and teeth take, less what colours them
 
 
 @remembered
-def matte(image: NDArray[Any], landmarks: Landmarks) -> NDArray[np.float32]:
+def matte(view: View) -> NDArray[np.float32]:
     """Return where the target's skin takes a change, 0 to 1.
-
-    All of the face below the brows; above them, and round the face, what looks like its skin.
 
     Parameters
     ----------
-    image : (H, W) or (H, W, 3) array
-        uint8, uint16 or float in [0, 1].
-    landmarks : Landmarks
+    view : View
+        Of the target.
 
     Returns
     -------
     (H, W) float32 array
         0 from 0.9 interocular distances outside the outline on.
     """
-    unit = landmarks.interocular_distance
-    inside = drawn([face_outline(landmarks)], image.shape)
-    if inside.all() or not inside.any():
-        return np.ones(image.shape[:2], np.float32)
-    smooth = _smooth(image, unit)
-    skin = skin_of(smooth, _skin_area(landmarks, inside))
-    near = np.clip((1 - _away(skin.whitened(smooth), inside, unit, _up(landmarks))) / (1 - _FULL), 0, 1)
+    face, iod = view.regions, view.regions.interocular_distance
+    if face.inside.all() or not face.inside.any():
+        return np.ones(face.shape, np.float32)
+    near = np.clip((1 - _away(view.skin.whitened(view.smooth), face)) / (1 - _FULL), 0, 1)
     near = near**2 * (3 - 2 * near)
     # A little of a likeness is none: it would show as a glow on a plain background.
-    like = np.clip((skin.likeness(smooth) - _NONE) / (_ALL - _NONE), 0, 1)
+    like = np.clip((view.skin.likeness(view.smooth) - _NONE) / (_ALL - _NONE), 0, 1)
     # A highlight on skin, a mole, a strand of hair: the light falls on them too.
-    size = 2 * max(round(_HOLE * unit / 2), 1) + 1
+    size = 2 * max(round(_HOLE * iod / 2), 1) + 1
     like = grey_closing(like, (size, size))
-    share = near * np.maximum(like, _sure(landmarks, image.shape, unit))
-    guide = to_unit(image) if image.ndim == 2 else luma(to_unit(image))
-    soft = guided_filter(share, guide, max(round(_EDGE * unit), 1), _GUIDE)
+    share = near * np.maximum(like, face.below_brows)
+    soft = guided_filter(share, view.brightness, max(round(_EDGE * iod), 1), _GUIDE)
     soft = np.clip((soft - _FAINT) / (1 - 2 * _FAINT), 0, 1)
-    beyond = distance_transform_edt(~inside) / (REACH * unit)
+    beyond = distance_transform_edt(~face.inside) / (REACH * iod)
     return np.asarray(soft * np.clip((1 - beyond) / _LAST, 0, 1), np.float32)
 
 
-def _away(
-    colors: NDArray[np.float64], inside: NDArray[np.bool_], unit: float, up: NDArray[np.float64]
-) -> NDArray[np.float32]:
+def _away(colors: NDArray[np.float64], face: FaceRegions) -> NDArray[np.float32]:
     """Return how far from the face it is, 1 being out of reach, on the way that crosses least of an edge.
 
     Sideways it is farther than down: beyond the ears there is no skin, below the chin there is a neck.
     """
-    cell = max(round(unit / _CELLS), 1)
+    inside, up, iod = face.inside, face.up, face.interocular_distance
+    cell = max(round(iod / _CELLS), 1)
     small = reduced(colors.astype(np.float32), cell)
     start = np.flatnonzero(reduced(inside.astype(np.float32), cell) > 0.5)
     number = np.arange(small.shape[0] * small.shape[1]).reshape(small.shape[:2])
@@ -108,74 +91,24 @@ def _away(
         here, there = paired(small.shape[:2], step)
         edge = np.linalg.norm(small[here] - small[there], axis=-1)
         down, across = abs(up @ step[::-1]), abs(up @ [step[0], -step[1]])
-        length = cell * np.hypot(down, _SIDEWAYS * across) / (REACH * unit)
+        length = cell * np.hypot(down, _SIDEWAYS * across) / (REACH * iod)
         cost = length + _BARRIER * np.maximum(edge - _TEXTURE, 0)
         pairs.append(np.stack([number[here].ravel(), number[there].ravel()]))
         costs.append(cost.ravel())
     graph = coo_array((np.concatenate(costs), np.hstack(pairs)), (number.size, number.size)).tocsr()
     found = dijkstra(graph, directed=False, indices=start, min_only=True, limit=1.0)
     away = np.asarray(np.minimum(found, 1), np.float32).reshape(number.shape)
-    return gaussian_filter(Enlarger(away, cell, inside.shape).rows(0, inside.shape[0]), _EDGE * unit)
+    return gaussian_filter(Enlarger(away, cell, inside.shape).rows(0, inside.shape[0]), _EDGE * iod)
 
 
 @remembered
-def known(
-    target: NDArray[Any],
-    reference: NDArray[Any],
-    seen: NDArray[np.bool_],
-    landmarks: Landmarks,
-    *,
-    rendered: bool = False,
-) -> NDArray[np.float32]:
-    """Return where a change of light can be trusted, 0 to 1.
-
-    Parameters
-    ----------
-    target, reference : (H, W) or (H, W, 3) array
-        The latter laid over the former.
-    seen : (H, W) bool array
-        Where the reference lies within its photo.
-    landmarks : Landmarks
-        Of the target.
-    rendered : bool
-        Whether the reference is nobody's face.
-
-    Returns
-    -------
-    (H, W) float32 array
-    """
-    unit = landmarks.interocular_distance
-    inside = drawn([face_outline(landmarks)], target.shape)
-    rim = _RIM_RENDERED if rendered else _RIM
-    trust = (distance_transform_edt(inside) > rim * unit).astype(np.float32)
-    if not rendered:
-        area = _skin_area(landmarks, inside) & seen
-        sure = _sure(landmarks, target.shape, unit)
-        ours, theirs = _smooth(target, unit), _smooth(reference, unit)
-        if area.any():
-            trust *= np.maximum(sure, skin_of(ours, area).likeness(ours))
-            skin = skin_of(theirs, area)
-            # Below the brows, what is dark may lie in a shadow; above, it is hair or a hat.
-            trust *= sure * skin.likeness(theirs, hue_alone=True) + (1 - sure) * skin.likeness(theirs)
-        trust *= seen
-        hulls = drawn(feature_hulls(landmarks, _FEATURES), target.shape)
-        size = 2 * max(round(_EDGE * unit), 1) + 1
-        trust *= 1 - grey_dilation(hulls.astype(np.float32), (size, size))
-    # What is beside the unknown is half unknown: a mixed pixel, a lens' blur, an alignment that is off.
-    size = 2 * max(round(_EDGE * unit / 2), 1) + 1
-    return np.asarray(np.clip(2 * gaussian_filter(trust, size / 2) - 1, 0, 1), np.float32)
-
-
-@remembered
-def eyes_and_teeth(
-    image: NDArray[Any], landmarks: Landmarks
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def eyes_and_teeth(view: View) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return where eyes and teeth are, and the share of a change of light that goes on there.
 
     Parameters
     ----------
-    image : (H, W) or (H, W, 3) array
-    landmarks : Landmarks
+    view : View
+        Of the target.
 
     Returns
     -------
@@ -184,50 +117,35 @@ def eyes_and_teeth(
     share : (H, W) float32 array
         1 on skin, less there, and 0 in catchlights.
     """
-    unit = landmarks.interocular_distance
-    hulls = feature_hulls(landmarks, ("eyes", "inner_mouth"))
-    white = gaussian_filter(drawn(hulls, image.shape).astype(np.float32), _EDGE * unit / 4)
-    brightness = to_unit(image) if image.ndim == 2 else luma(to_unit(image))
-    size = 2 * max(round(0.06 * unit), 1) + 1
-    glint = np.clip(white_tophat(brightness, (size, size)) / _GLINT - 1, 0, 1)
+    iod = view.regions.interocular_distance
+    hulls = view.regions.hulls(("eyes", "inner_mouth"))
+    white = gaussian_filter(hulls.astype(np.float32), _EDGE * iod / 4)
+    size = 2 * max(round(_GLINT_SIZE * iod), 1) + 1
+    glint = np.clip(white_tophat(view.brightness, (size, size)) / _GLINT - 1, 0, 1)
     return white, np.asarray(1 - white * np.maximum(1 - _WHITE, glint), np.float32)
 
 
-def _smooth(image: NDArray[Any], unit: float) -> NDArray[np.float32]:
-    """Return a photo without its grain, in which a dark skin would lose its hue."""
-    sigma = _GRAIN * unit
-    unit_image = to_unit(image)
-    return gaussian_filter(unit_image, (sigma, sigma, 0)[: image.ndim], mode="nearest")
+def sparing_whites(change: NDArray[np.float32], view: View, space: PlaneSpace) -> NDArray[np.float32]:
+    """Return a change with eyes and teeth spared: less of it, no colour, and nothing of catchlights."""
+    white, share = eyes_and_teeth(view)
+    if space.color_space == "rgb" and change.shape[2] == 3:
+        brightness = (change @ space.weights(3))[..., None]
+        change = change + white[..., None] * (brightness - change)
+    return change * share[..., None]
 
 
-def _skin_area(landmarks: Landmarks, inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the part of the face that is mostly skin; all of it, if nothing else is left."""
-    unit = landmarks.interocular_distance
-    features = drawn(feature_hulls(landmarks, _FEATURES), inside.shape)
-    area = (distance_transform_edt(inside) > 2 * _EDGE * unit) & ~features
-    return area if area.any() else inside
+def share_of_change(
+    view: View, options: TransferOptions, region_mask: NDArray[Any] | None
+) -> NDArray[np.float32] | None:
+    """Return the share of a change that is made, 0 to 1: on the skin, in the region that is to be relit.
 
-
-def _sure(landmarks: Landmarks, shape: tuple[int, ...], unit: float) -> NDArray[np.float32]:
-    """Return where there is face for sure, whatever it looks like: from the brows down to the chin."""
-    groups = landmarks.groups
-    if "brows" not in groups:
-        return drawn([face_outline(landmarks)], shape).astype(np.float32)
-    up = _up(landmarks)
-    brows = landmarks.xy[list(groups["brows"])]
-    outline = face_outline(landmarks)
-    below = outline[outline @ up <= (brows @ up).max()]
-    points = np.vstack([below, brows])
-    mask = drawn([points[ConvexHull(points).vertices]], shape)
-    # A mesh may overhang a cheek.
-    inner = distance_transform_edt(mask) > _OVERHANG * unit
-    return np.asarray(gaussian_filter(inner.astype(np.float32), _EDGE * unit / 2))
-
-
-def _up(landmarks: Landmarks) -> NDArray[np.float64]:
-    eyes = landmarks.eyes
-    if eyes is None:
-        return np.array([0.0, -1.0])
-    right, left = eyes[:, :2]
-    across = (left - right) / np.linalg.norm(left - right)
-    return np.array([across[1], -across[0]])
+    None where all of it is made everywhere.
+    """
+    factors = [matte(view)] if options.mask else []
+    if options.region != "face":
+        factors.append(view.regions.parts(options.region))
+    if region_mask is not None:
+        factors.append(to_unit(reduced(region_mask[view.window], view.factor)))
+    if options.strength == 0:
+        factors.append(np.zeros(view.regions.shape, np.float32))
+    return reduce(np.multiply, factors) if factors else None

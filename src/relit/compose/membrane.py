@@ -18,6 +18,16 @@ if TYPE_CHECKING:
 
 _HOLD = 10.0  # how much more a known cell weighs than its neighbours' wish for smoothness
 _UNKNOWN = 1e-6
+_CELL, _LEAST_CELL = 1 / 20, 2  # interocular distances, and px: the size of the membrane's cells
+_SETTLED = 0.4  # interocular distances, over which a change that is carried on turns into the mean
+
+
+def carried_on(
+    change: NDArray[np.float32], known: NDArray[np.float32], interocular_distance: float
+) -> NDArray[np.float32]:
+    """Return a change of light on a face, carried on over what is not known of it."""
+    cell = max(round(_CELL * interocular_distance), _LEAST_CELL)
+    return fill(change, known, cell=cell, reach=_SETTLED * interocular_distance)
 
 
 def fill(

@@ -21,11 +21,11 @@ from relit.evaluate.cases import Case
 from relit.evaluate.scores import Scores, score
 from relit.evaluate.yale_b import Light, YaleB
 from relit.face.detect import detect_landmarks
-from relit.methods import WITH_SECOND_REFERENCE
 from relit.photo.color import luma
 from relit.photo.photo import read_image
 from relit.photo.pixels import to_unit
 from relit.relighting import transfer
+from relit.settings.methods import WITH_SECOND_REFERENCE
 from relit.settings.options import TransferOptions
 
 if TYPE_CHECKING:

@@ -1,186 +1,200 @@
-"""Where a face ends, and its parts: masks drawn from the landmarks."""
+"""A face on a pixel grid: its size, its axis, and where it and its parts are, drawn from the landmarks."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PIL import Image, ImageDraw
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 from scipy.spatial import ConvexHull
 from scipy.special import ndtr
 
 from relit.errors import LandmarkError
-from relit.face.landmarks import SCHEMES, Landmarks
+from relit.face.landmarks import Landmarks
+from relit.face.outline import IN_PAIRS, across, drawn, face_outline, feature_hulls
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-#: Width of the mask's soft edge, inside the outline, in interocular distances.
+#: Width of a face's soft edge, inside its outline, in interocular distances.
 FEATHER = 0.3
 
+#: Brows, eyes and mouth, in which two persons differ most, and which are no skin.
+FEATURES = ("brows", "eyes", "mouth")
+
 _TAIL = 2.5  # standard deviations of the blur from the middle of the soft edge to its ends
-
-#: How far the forehead reaches above the brows, in interocular distances, where no landmark tells.
-_FOREHEAD = 0.7
-
 _SOFT_EDGE, _PART_MARGIN = 0.08, 0.12  # of the parts of a face, in interocular distances
-_IN_PAIRS = ("eyes", "brows", "cheeks")
+_SKIN_MARGIN = 0.12  # interocular distances from the outline to where a face is mostly skin
+_OVERHANG, _CHEEK_EDGE = 0.12, 0.03  # interocular distances that a mesh may overhang a cheek; a soft edge
 
 
-def face_mask(
-    landmarks: Landmarks, shape: tuple[int, ...], *, feather: float = FEATHER
-) -> NDArray[np.float32]:
-    """Return where the face is: 1 inside, falling smoothly to 0 at its outline.
+@dataclass(frozen=True, eq=False)
+class FaceRegions:
+    """Where a face and its parts are on a pixel grid; each is worked out once, when it is first asked for.
 
-    Parameters
+    Attributes
     ----------
     landmarks : Landmarks
-        Of the target. Schemes that end at the brows get a forehead of 0.7 interocular distances above them.
-    shape : tuple of int
-        ``(H, W, ...)`` of the target.
-    feather : float
-        Width of the soft edge in interocular distances.
-
-    Returns
-    -------
-    (H, W) float32 array
-        In [0, 1]; exactly 0 from two pixels outside the outline on.
-
-    Examples
-    --------
-    >>> face = Landmarks([[20, 20], [80, 20], [80, 90], [20, 90]])
-    >>> mask = face_mask(face, (100, 100))
-    >>> float(mask[5, 50]), float(mask[60, 50])
-    (0.0, 1.0)
+    shape : (int, int)
+        Height and width of the grid.
     """
-    height, width = shape[:2]
-    inside = drawn([face_outline(landmarks)], shape)
-    if inside.all():
-        return np.ones((height, width), np.float32)
-    # A face shrunk by half the feather and blurred over it. Beyond the frame the face goes on: the frame's
-    # edge is not an edge of the face.
-    band = max(feather * landmarks.interocular_distance, 1.0)
-    core = (distance_transform_edt(inside) >= band / 2).astype(np.float32)
-    soft = gaussian_filter(core, band / (2 * _TAIL), mode="nearest")
-    least = float(ndtr(-_TAIL))  # what the blur leaves on a straight outline
-    return np.asarray(np.clip((soft - least) / (1 - 2 * least), 0, 1) * inside, np.float32)
 
+    landmarks: Landmarks
+    shape: tuple[int, int]
 
-def face_outline(landmarks: Landmarks) -> NDArray[np.float64]:
-    """Return the polygon round the face, ``(m, 2)`` in px: the landmarks' hull, and the forehead.
+    @cached_property
+    def interocular_distance(self) -> float:
+        """Distance of the two eye centres in px: the face's scale."""
+        return self.landmarks.interocular_distance
 
-    Examples
-    --------
-    >>> face_outline(Landmarks([[0, 0], [10, 0], [5, 4], [5, 10]])).tolist()
-    [[0.0, 0.0], [10.0, 0.0], [5.0, 10.0]]
-    """
-    scheme = SCHEMES[landmarks.scheme]
-    points = landmarks.xy[list(scheme.outline)] if scheme.outline else landmarks.xy
-    if scheme.outline and not scheme.has_forehead:
-        brows = landmarks.xy[list(landmarks.groups["brows"])]
-        right = landmarks.xy[list(scheme.right_eye)].mean(axis=0)
-        left = landmarks.xy[list(scheme.left_eye)].mean(axis=0)
-        up = np.array([(left - right)[1], (right - left)[0]]) / np.linalg.norm(left - right)
-        points = np.vstack([points, brows + _FOREHEAD * landmarks.interocular_distance * up])
-    return np.asarray(points[ConvexHull(points).vertices])
+    @cached_property
+    def across(self) -> NDArray[np.float64]:
+        """The unit vector ``(x, y)`` from the right eye to the left one, and along x where no eyes tell."""
+        return across(self.landmarks)
 
+    @property
+    def up(self) -> NDArray[np.float64]:
+        """The unit vector ``(x, y)`` up the face."""
+        return np.array([self.across[1], -self.across[0]])
 
-def part_mask(landmarks: Landmarks, shape: tuple[int, ...], region: str) -> NDArray[np.float32]:
-    """Return where parts of a face are, 0 to 1, with soft edges that meet halfway.
+    @cached_property
+    def outline(self) -> NDArray[np.float64]:
+        """The polygon round the face, (m, 2) in px."""
+        return face_outline(self.landmarks)
 
-    Parameters
-    ----------
-    landmarks : Landmarks
-    shape : tuple of int
-        ``(H, W, ...)`` of the image.
-    region : str
-        As in `TransferOptions`.
+    @cached_property
+    def inside(self) -> NDArray[np.bool_]:
+        """Where the face is, as its outline goes."""
+        return drawn([self.outline], self.shape)
 
-    Returns
-    -------
-    (H, W) float32 array
+    @cached_property
+    def distance(self) -> NDArray[np.float64]:
+        """How far it is to what is not the face, in px: 0 outside the outline."""
+        return np.asarray(distance_transform_edt(self.inside))
 
-    Raises
-    ------
-    LandmarkError
-        If the scheme of the landmarks does not know a part.
+    @cached_property
+    def features(self) -> NDArray[np.bool_]:
+        """Where brows, eyes and mouth are."""
+        return self.hulls(FEATURES)
 
-    Examples
-    --------
-    >>> face = Landmarks([[20, 20], [80, 20], [80, 90], [20, 90]])
-    >>> mask = part_mask(face, (100, 100), "left")
-    >>> mask[50, [5, 95]].round(3).tolist()
-    [1.0, 0.0]
-    """
-    masks = [_part(landmarks, shape, name) for name in region.split("+")]
-    return np.asarray(np.max(masks, axis=0), np.float32)
+    @cached_property
+    def skin_area(self) -> NDArray[np.bool_]:
+        """The part of the face that is mostly skin; all of it, if nothing else is left."""
+        area = (self.distance > _SKIN_MARGIN * self.interocular_distance) & ~self.features
+        return area if area.any() else self.inside
 
+    @cached_property
+    def below_brows(self) -> NDArray[np.float32]:
+        """Where there is face for sure, whatever it looks like: from the brows down to the chin, 0 to 1."""
+        groups = self.landmarks.groups
+        if "brows" not in groups:
+            return self.inside.astype(np.float32)
+        brows = self.landmarks.xy[list(groups["brows"])]
+        below = self.outline[self.outline @ self.up <= (brows @ self.up).max()]
+        points = np.vstack([below, brows])
+        mask = drawn([points[ConvexHull(points).vertices]], self.shape)
+        inner = distance_transform_edt(mask) > _OVERHANG * self.interocular_distance
+        soft = gaussian_filter(inner.astype(np.float32), _CHEEK_EDGE * self.interocular_distance)
+        return np.asarray(soft)
 
-def _part(landmarks: Landmarks, shape: tuple[int, ...], name: str) -> NDArray[np.float32]:
-    unit = landmarks.interocular_distance
-    if name == "face":
-        return np.ones(shape[:2], np.float32)
-    if name in ("left", "right"):
-        middle, across = _halves(landmarks)
-        y, x = np.indices(shape[:2], np.float32)
-        off = ((x - middle[0]) * across[0] + (y - middle[1]) * across[1]) / (_SOFT_EDGE * unit)
-        return np.asarray(ndtr(off if name == "right" else -off), np.float32)
-    rows = landmarks.groups.get(name)
-    if rows is None:
-        raise LandmarkError(
-            f"region: these landmarks ({landmarks.scheme}) do not say where the {name} is; let them be "
-            "detected, or choose another part"
-        )
-    sides = landmarks.xy[list(rows)]
-    if name in _IN_PAIRS:
-        middle, across = _halves(landmarks)
-        right = (sides - middle) @ across > 0
-        groups = [sides[right], sides[~right]]
-    else:
-        groups = [sides]
-    # Of a face in profile one side may have no points, and those of a chin may lie on one line.
-    hulls = drawn(
-        [points[ConvexHull(points, qhull_options="QJ").vertices] for points in groups if len(points) > 2],
-        shape,
-    )
-    larger = distance_transform_edt(~hulls) <= _PART_MARGIN * unit
-    return np.asarray(gaussian_filter(larger.astype(np.float32), _SOFT_EDGE * unit))
+    @cached_property
+    def interior(self) -> NDArray[np.bool_]:
+        """The face without the outer half of its soft edge; the whole grid, where nothing of it is there."""
+        inner = self.mask() > 0.5
+        return inner if inner.any() else np.ones_like(inner)
 
+    def hulls(self, names: tuple[str, ...]) -> NDArray[np.bool_]:
+        """Return where features are, as the convex hulls of their landmarks go."""
+        return drawn(feature_hulls(self.landmarks, names), self.shape)
 
-def _halves(landmarks: Landmarks) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the middle of a face, and the unit vector across it to the right of the picture."""
-    if landmarks.eyes is None:
-        outline = face_outline(landmarks)
-        return (outline.min(axis=0) + outline.max(axis=0)) / 2, np.array([1.0, 0.0])
-    right, left = landmarks.eyes[:, :2]
-    across = (left - right) / np.linalg.norm(left - right)
-    return (left + right) / 2, across if across[0] >= 0 else -across
+    def mask(self, feather: float = FEATHER) -> NDArray[np.float32]:
+        """Return where the face is: 1 inside, falling smoothly to 0 at its outline.
 
+        Parameters
+        ----------
+        feather : float
+            Width of the soft edge in interocular distances.
 
-def feature_hulls(landmarks: Landmarks, names: tuple[str, ...]) -> list[NDArray[np.float64]]:
-    """Return the convex hulls, (n, 2) in px, of features of a face: two each of what comes in pairs.
+        Returns
+        -------
+        (H, W) float32 array
+            In [0, 1]; exactly 0 from two pixels outside the outline on.
 
-    Examples
-    --------
-    >>> from relit import detect_landmarks, read_image, sample
-    >>> face = detect_landmarks(read_image(sample("target")).pixels)
-    >>> len(feature_hulls(face, ("brows", "mouth"))), feature_hulls(face, ("hat",))
-    (3, [])
-    """
-    hulls = []
-    for name in names:
-        if name not in landmarks.groups:
-            continue
-        points = landmarks.xy[list(landmarks.groups[name])]
-        left = points[:, 0] > np.median(points[:, 0]) if name in _IN_PAIRS else np.zeros(len(points), bool)
-        hulls += [side[ConvexHull(side).vertices] for side in (points[left], points[~left]) if len(side) > 2]
-    return hulls
+        Examples
+        --------
+        >>> face = Landmarks([[20, 20], [80, 20], [80, 90], [20, 90]])
+        >>> mask = FaceRegions(face, (100, 100)).mask()
+        >>> float(mask[5, 50]), float(mask[60, 50])
+        (0.0, 1.0)
+        """
+        if self.inside.all():
+            return np.ones(self.shape, np.float32)
+        # A face shrunk by half the feather and blurred over it. Beyond the frame the face goes on: the
+        # frame's edge is not an edge of the face.
+        band = max(feather * self.interocular_distance, 1.0)
+        core = (self.distance >= band / 2).astype(np.float32)
+        soft = gaussian_filter(core, band / (2 * _TAIL), mode="nearest")
+        least = float(ndtr(-_TAIL))  # what the blur leaves on a straight outline
+        return np.asarray(np.clip((soft - least) / (1 - 2 * least), 0, 1) * self.inside, np.float32)
 
+    def parts(self, region: str) -> NDArray[np.float32]:
+        """Return where parts of the face are, 0 to 1, with soft edges that meet halfway.
 
-def drawn(polygons: list[NDArray[np.float64]], shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    """Return polygons, (n, 2) of (x, y) in px, filled on an empty plane."""
-    picture = Image.new("1", (shape[1], shape[0]))
-    for polygon in polygons:
-        ImageDraw.Draw(picture).polygon([(x, y) for x, y in polygon.tolist()], fill=1)
-    return np.array(picture, np.bool_)
+        Parameters
+        ----------
+        region : str
+            As in `TransferOptions`.
+
+        Returns
+        -------
+        (H, W) float32 array
+
+        Raises
+        ------
+        LandmarkError
+            If the scheme of the landmarks does not know a part.
+
+        Examples
+        --------
+        >>> face = Landmarks([[20, 20], [80, 20], [80, 90], [20, 90]])
+        >>> mask = FaceRegions(face, (100, 100)).parts("left")
+        >>> mask[50, [5, 95]].round(3).tolist()
+        [1.0, 0.0]
+        """
+        return np.asarray(np.max([self._part(name) for name in region.split("+")], axis=0), np.float32)
+
+    def _part(self, name: str) -> NDArray[np.float32]:
+        if name == "face":
+            return np.ones(self.shape, np.float32)
+        middle, right = self._halves
+        if name in ("left", "right"):
+            y, x = np.indices(self.shape, np.float32)
+            off = (x - middle[0]) * right[0] + (y - middle[1]) * right[1]
+            off = off / (_SOFT_EDGE * self.interocular_distance)
+            return np.asarray(ndtr(off if name == "right" else -off), np.float32)
+        rows = self.landmarks.groups.get(name)
+        if rows is None:
+            raise LandmarkError(
+                f"region: these landmarks ({self.landmarks.scheme}) do not say where the {name} is; let them "
+                "be detected, or choose another part"
+            )
+        points = self.landmarks.xy[list(rows)]
+        on_right = (points - middle) @ right > 0
+        sides = [points[on_right], points[~on_right]] if name in IN_PAIRS else [points]
+        # Of a face in profile one side may have no points, and those of a chin may lie on one line.
+        hulls = [side[ConvexHull(side, qhull_options="QJ").vertices] for side in sides if len(side) > 2]
+        margin = distance_transform_edt(~drawn(hulls, self.shape))
+        larger = margin <= _PART_MARGIN * self.interocular_distance
+        soft = gaussian_filter(larger.astype(np.float32), _SOFT_EDGE * self.interocular_distance)
+        return np.asarray(soft)
+
+    @cached_property
+    def _halves(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The middle of the face, and the unit vector across it to the right of the picture."""
+        if self.landmarks.eyes is None:
+            middle = (self.outline.min(axis=0) + self.outline.max(axis=0)) / 2
+        else:
+            middle = self.landmarks.eyes[:, :2].sum(axis=0) / 2
+        return middle, self.across if self.across[0] >= 0 else -self.across

@@ -15,7 +15,7 @@ from scipy.ndimage import gaussian_filter
 from scipy.spatial import ConvexHull, Delaunay
 
 from relit.face.landmarks import Landmarks
-from relit.face.regions import drawn, face_outline
+from relit.face.outline import drawn, face_outline
 from relit.runtime.memo import remembered
 from relit.runtime.threads import one_blas_thread
 

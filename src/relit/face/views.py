@@ -1,18 +1,24 @@
-"""Views: a window of a photo, as large as the work needs it and no larger.
+"""Views: a face in a window of a photo, as large as the work needs it and no larger.
 
 A face says the same about its light at any size. So it is looked at through a *view*, reduced by a whole
 factor until its eyes are as far apart as the method asks, and what changes is brought back to the photo's own
-pixels by `guided.enlarge`.
+pixels by `compose.blend`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.ndimage import gaussian_filter
 
 from relit.face.landmarks import Landmarks
+from relit.face.regions import FaceRegions
+from relit.face.skin import Skin, skin_of
+from relit.photo.color import luma
+from relit.photo.pixels import to_unit
 from relit.photo.resampling import reduced
 
 if TYPE_CHECKING:
@@ -20,10 +26,12 @@ if TYPE_CHECKING:
 
 Window = tuple[slice, slice]
 
+_GRAIN = 0.015  # interocular distances
+
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """Part of a photo, reduced.
+    """A face in part of a photo, reduced; what is measured on it is measured once, when first asked for.
 
     Attributes
     ----------
@@ -42,6 +50,38 @@ class View:
     landmarks: Landmarks
     window: Window
     factor: int
+
+    @cached_property
+    def regions(self) -> FaceRegions:
+        """Where the face and its parts are."""
+        return FaceRegions(self.landmarks, self.pixels.shape[:2])
+
+    @cached_property
+    def brightness(self) -> NDArray[Any]:
+        """The luma, or of a grey photo its values, (h, w) in [0, 1]."""
+        unit = to_unit(self.pixels)
+        return unit if unit.ndim == 2 else luma(unit)
+
+    @cached_property
+    def smooth(self) -> NDArray[np.float32]:
+        """The pixels in [0, 1] without grain."""
+        return without_grain(self.pixels, self.regions.interocular_distance)
+
+    @cached_property
+    def skin(self) -> Skin:
+        """The colours of the face's skin."""
+        return skin_of(self.smooth, self.regions.skin_area)
+
+
+def without_grain(image: NDArray[Any], interocular_distance: float) -> NDArray[np.float32]:
+    """Return a photo in [0, 1] without its grain, in which a dark skin would lose its hue."""
+    sigma = _GRAIN * interocular_distance
+    return gaussian_filter(to_unit(image), (sigma, sigma, 0)[: image.ndim], mode="nearest")
+
+
+def whole(image: NDArray[Any], landmarks: Landmarks) -> View:
+    """Return the view of all of a photo at its own size."""
+    return View(image, landmarks, (slice(0, image.shape[0]), slice(0, image.shape[1])), 1)
 
 
 def view_of(image: NDArray[Any], landmarks: Landmarks, window: Window, factor: int) -> View:

@@ -60,6 +60,17 @@ class Decomposition:
     neighborhood: int | str
 
 
+def lam_in_px(lam: float, interocular_distance: float) -> float:
+    """Return λ in px⁻¹ of a face with so many px between the eyes, λ being that of one with 100.
+
+    Examples
+    --------
+    >>> lam_in_px(0.2, 50.0)
+    0.4
+    """
+    return lam * FACE_SCALE / interocular_distance
+
+
 @remembered
 def decompose(
     image: NDArray[Any],
@@ -112,7 +123,7 @@ def decompose(
         raise OptionError(
             f"interocular_distance: expected a number of px above 0, got {interocular_distance!r}"
         )
-    lam_px = float(lam * FACE_SCALE / interocular_distance)
+    lam_px = float(lam_in_px(lam, interocular_distance))
     planes = [image] if image.ndim == 2 else list(np.moveaxis(image, -1, 0))
     # The solvers release the GIL, and every plane is solved alone: threads change nothing but the time.
     cores = available()

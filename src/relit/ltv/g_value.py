@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from relit.errors import ImageError, LandmarkError
-from relit.face.regions import drawn, feature_hulls
+from relit.face.outline import drawn, feature_hulls
 from relit.ltv.decomposition import FACE_SCALE
 from relit.solver.exact import tv_l1
 from relit.solver.neighborhoods import UNIT, Grid, Neighborhood, paired

@@ -7,9 +7,10 @@ from collections.abc import Callable
 from relit.methods import paper, shading
 from relit.methods.baselines import log_gaussian, quotient, spherical_harmonics, statistics, wls
 from relit.methods.scene import Relit, Scene
+from relit.methods.shading import LightAndPerson
 
-#: Name in `TransferOptions` → what takes a `Scene` and returns `Relit`.
-METHODS: dict[str, Callable[[Scene], Relit]] = {
+#: Name in `TransferOptions` → what takes a `Scene` and relights it; `settings.methods` has a record of each.
+RELIGHT: dict[str, Callable[[Scene], Relit | LightAndPerson]] = {
     "shading": shading.relight,
     "ltv": paper.relight,
     "log-gaussian": log_gaussian.relight,
@@ -20,6 +21,3 @@ METHODS: dict[str, Callable[[Scene], Relit]] = {
     "quotient": quotient.quotient,
     "expression-ratio": quotient.expression_ratio,
 }
-
-#: Those that take a second reference, the reference's face in the target's light.
-WITH_SECOND_REFERENCE = ("quotient", "expression-ratio")

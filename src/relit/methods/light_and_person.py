@@ -1,6 +1,7 @@
-"""Two faces, one laid over the other, each explained by the light on it, as `methods.shading` takes them.
+"""Light and person of two faces, one laid over the other: ``log I = s + p``.
 
-All that can be said before λ and the user's wishes come in: which is why it is remembered.
+s is the shade of the light that is fitted to a face, p its person: what the light leaves over. This much is
+known before λ and the user's wishes come in, which is why it is remembered.
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from scipy.ndimage import gaussian_filter, grey_erosion, map_coordinates
 
-from relit.face.regions import drawn, feature_hulls
 from relit.face.shape import FaceShape, face_shape
 from relit.light.lambertian import Light, fit_light
 from relit.methods.scene import as_planes
@@ -26,19 +26,18 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from relit.face.landmarks import Landmarks
+    from relit.face.regions import FaceRegions
 
     Plane: TypeAlias = NDArray[np.float64]
 
 _DARKEST_SHADE = 0.04  # of a light's strongest: what it leaves darker is no base for a ratio
-_TILT = 0.15  # rad: how wrong a normal of the mesh is
-_PERSON = 0.35  # in log I: how different two people are
-_HALVES = 0.4  # and the two halves of one
-_NOISE = 2 / 255
 _UNLIT, _LIT = 0.03, 0.3  # brightness, of the light's strength, that says nothing and all of a person
+_TILT, _NOISE = 0.15, 2 / 255  # rad, how wrong a normal of the mesh is; brightness, of 1
+_PERSON, _HALVES = 0.35, 0.4  # in log I: how different two people are, and the two halves of one
 _SLANTED = 0.5  # sine of the angle from which on a light casts shadows at their deepest
-_FEATURES = ("brows", "eyes", "mouth")  # where two persons differ most
 _BRIGHTEST = 0.95  # the share of a face that is darker than the brightest
 _BLUR, _WIDE = 0.02, 0.04  # interocular distances
+_SHADOW_EDGE = 0.07  # interocular distances that a shadow is widened by: at its edge light and person mix
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,21 +75,24 @@ class Face:
 
 
 class Faces(NamedTuple):
-    """Two faces, plane by plane, and all that is said of them before there is a λ.
+    """Two faces, plane by plane, and all that is known of them before there is a λ.
 
     Attributes
     ----------
+    face : FaceRegions
+        Where the target is.
     shape : FaceShape
         The target's.
     targets, references : list of Face
     colored : bool
         Whether a grey target takes on the colours of the reference.
     lits, persons, stand_ins : list of array
-        Where the target's light reaches, p, and the reference's p as bright as it.
+        Where the target's light reaches, p̂, and the reference's p as bright as it.
     features : array
-        As of `_features`.
+        Where brows, eyes and mouth are, as of `_features`.
     """
 
+    face: FaceRegions
     shape: FaceShape
     targets: list[Face]
     references: list[Face]
@@ -105,7 +107,7 @@ class Faces(NamedTuple):
 def explained_faces(
     target: NDArray[Any],
     reference: NDArray[Any],
-    landmarks: Landmarks,
+    face: FaceRegions,
     reference_landmarks: Landmarks,
     *,
     rendered: bool,
@@ -116,8 +118,10 @@ def explained_faces(
     ----------
     target, reference : (H, W) or (H, W, 3) array
         The latter laid over the former.
-    landmarks, reference_landmarks : Landmarks
-        Of the target, and of the reference in its own photo.
+    face : FaceRegions
+        Of the target.
+    reference_landmarks : Landmarks
+        Of the reference in its own photo.
     rendered : bool
         Whether the reference is nobody's face.
 
@@ -125,26 +129,25 @@ def explained_faces(
     -------
     Faces
     """
-    unit = landmarks.interocular_distance
-    ours, found, lit, mirror, features = explained_target(target, landmarks)
-    theirs = ours if rendered else face_shape(landmarks, target.shape, of=reference_landmarks)
+    shape, found, lit, mirror, features = explained_target(target, face)
+    theirs = shape if rendered else face_shape(face.landmarks, face.shape, of=reference_landmarks)
     with pool(available()) as run:
         references = run(
-            lambda plane: _all_light(plane, ours) if rendered else _explained(plane, theirs, unit),
+            lambda plane: _all_light(plane, face) if rendered else _explained(plane, theirs, face),
             as_planes(to_unit(reference)),
         )
         colored = len(references) > len(found)
         copies = len(references) // len(found)
         targets, lits = copies * list(found), copies * list(lit)
         both = run(
-            lambda k: _person(targets[k], references[k], lits[k], ours.inside, mirror), range(len(targets))
+            lambda k: _person(targets[k], references[k], lits[k], face.inside, mirror), range(len(targets))
         )
     persons, stand_ins = (list(planes) for planes in zip(*both, strict=True))
-    return Faces(ours, targets, references, colored, lits, persons, stand_ins, features)
+    return Faces(face, shape, targets, references, colored, lits, persons, stand_ins, features)
 
 
 class Target(NamedTuple):
-    """What is said of a target alone, whatever light is to fall on it.
+    """What is known of a target alone, whatever light is to fall on it.
 
     Attributes
     ----------
@@ -167,31 +170,33 @@ class Target(NamedTuple):
 
 
 @remembered
-def explained_target(target: NDArray[Any], landmarks: Landmarks) -> Target:
+def explained_target(target: NDArray[Any], face: FaceRegions) -> Target:
     """Explain a target, plane by plane."""
-    unit, shape = landmarks.interocular_distance, face_shape(landmarks, target.shape)
+    shape = face_shape(face.landmarks, face.shape)
     with pool(available()) as run:
-        faces = run(lambda plane: _explained(plane, shape, unit), as_planes(to_unit(target)))
-        lits = run(lambda face: _lit(face, unit), faces)
-    features = _features(landmarks, target.shape, unit)
-    return Target(shape, tuple(faces), tuple(lits), _mirror(landmarks, shape), features)
+        faces = run(lambda plane: _explained(plane, shape, face), as_planes(to_unit(target)))
+        lits = run(lambda one: _lit(one, face), faces)
+    return Target(shape, tuple(faces), tuple(lits), _mirror(face.landmarks, shape), _features(face))
 
 
-def _explained(plane: NDArray[Any], shape: FaceShape, unit: float) -> Face:
+def _explained(plane: NDArray[Any], shape: FaceShape, face: FaceRegions) -> Face:
+    """Fit a light to a plane; σ² of p is that of the mesh's tilt, as the light shows it, and of noise.
+
+    σ² = (τ ∂s/∂tilt)² + (n / I)² + 10⁻⁴, with a normal that is wrong by τ and noise of n.
+    """
+    iod = face.interocular_distance
     image = np.maximum(plane.astype(np.float64), DARKEST)
-    smooth = gaussian_filter(image, _BLUR * unit)
-    light = fit_light(smooth, shape.normals, shape.inside)
-    wrong = gaussian_filter(light.sensitivity(shape.normals) ** 2, _BLUR * unit)
-    noise = _NOISE / np.maximum(gaussian_filter(image, _WIDE * unit), _NOISE)
-    return Face(
-        np.log(image), light, np.log(shade_on(light, shape)), _TILT**2 * wrong + noise**2 + 1e-4, shape.inside
-    )
+    light = fit_light(gaussian_filter(image, _BLUR * iod), shape.normals, face.inside)
+    steepness = gaussian_filter(light.sensitivity(shape.normals) ** 2, _BLUR * iod)
+    noise = _NOISE / np.maximum(gaussian_filter(image, _WIDE * iod), _NOISE)
+    variance = _TILT**2 * steepness + noise**2 + 1e-4
+    return Face(np.log(image), light, np.log(shade_on(light, shape)), variance, face.inside)
 
 
-def _all_light(plane: NDArray[Any], shape: FaceShape) -> Face:
+def _all_light(plane: NDArray[Any], face: FaceRegions) -> Face:
     """Return what was rendered: nobody, in its light."""
     log = np.log(np.maximum(plane.astype(np.float64), _DARKEST_SHADE))
-    return Face(log, Light(np.zeros(3), 1.0), log, np.zeros_like(log), shape.inside)
+    return Face(log, Light(np.zeros(3), 1.0), log, np.zeros_like(log), face.inside)
 
 
 def shade_on(light: Light, shape: FaceShape) -> Plane:
@@ -200,46 +205,54 @@ def shade_on(light: Light, shape: FaceShape) -> Plane:
     return np.asarray(np.maximum(shade, max(_DARKEST_SHADE * float(shade.max()), DARKEST)))
 
 
-def _lit(face: Face, unit: float) -> Plane:
+def _lit(target: Face, face: FaceRegions) -> Plane:
     """Return where a face's own light reaches: 0 to 1, and less at a shadow's edge than within the light."""
-    size = max(1, round(0.07 * unit))
-    seen = gaussian_filter(np.exp(face.log), _WIDE * unit) / face.strength
+    iod = face.interocular_distance
+    size = max(1, round(_SHADOW_EDGE * iod))
+    seen = gaussian_filter(np.exp(target.log), _WIDE * iod) / target.strength
     seen = gaussian_filter(grey_erosion(seen, (size, size)), size / 3)
     share = np.clip((seen - _UNLIT) / (_LIT - _UNLIT), 0, 1)
     dark = 1 - share**2 * (3 - 2 * share)
     # A light at the camera casts no shadow that the camera sees: what is dark then is dark hair.
-    return np.asarray(1 - dark * min(face.light.slant / _SLANTED, 1) ** 4)
+    return np.asarray(1 - dark * min(target.light.slant / _SLANTED, 1) ** 4)
 
 
 def _person(
     target: Face, reference: Face, lit: Plane, inside: NDArray[np.bool_], mirror: NDArray[np.float64] | None
 ) -> tuple[Plane, Plane]:
-    """Return p, and the reference's p as bright as it."""
-    own = lit / target.variance
-    other = 1 / (_PERSON**2 + reference.variance)
-    weight = own * inside
-    difference = (weight * (target.person - reference.person)).sum() / max(weight.sum(), 1e-9)
+    """Return p̂, and the reference's p as bright as it.
+
+    p̂ = Σ wᵢpᵢ / Σ wᵢ, wᵢ = 1/σᵢ², over the target's own p, the reference's and that of the mirrored half. Two
+    persons differ by σ = 0.35, two halves of one by 0.4; the target counts as far as its light reaches.
+    """
+    w_own = lit / target.variance
+    w_other = 1 / (_PERSON**2 + reference.variance)
+    inner = w_own * inside
+    difference = (inner * (target.person - reference.person)).sum() / max(inner.sum(), 1e-9)
     stand_in = reference.person + difference
-    total, weights = own * target.person + other * stand_in, own + other
+    weighted, weights = w_own * target.person + w_other * stand_in, w_own + w_other
     if mirror is None:
-        return total / weights, stand_in
+        return weighted / weights, stand_in
 
     def mirrored(plane: Plane) -> Plane:
         return np.asarray(map_coordinates(plane, mirror, order=1, mode="nearest"))
 
-    half = (1 - lit) * mirrored(lit) / (mirrored(target.variance) + _HALVES**2)
-    return (total + half * mirrored(target.person)) / (weights + half), stand_in
+    w_half = (1 - lit) * mirrored(lit) / (mirrored(target.variance) + _HALVES**2)
+    return (weighted + w_half * mirrored(target.person)) / (weights + w_half), stand_in
 
 
-def _features(landmarks: Landmarks, shape: tuple[int, ...], unit: float) -> Plane:
+def _features(face: FaceRegions) -> Plane:
     """Return where brows, eyes and mouth are, a little larger, with soft edges."""
-    hulls = drawn(feature_hulls(landmarks, _FEATURES), shape)
-    larger = np.minimum(4 * gaussian_filter(hulls.astype(np.float64), _BLUR * unit), 1)
-    return np.asarray(gaussian_filter(larger, _BLUR * unit))
+    blur = _BLUR * face.interocular_distance
+    larger = np.minimum(4 * gaussian_filter(face.features.astype(np.float64), blur), 1)
+    return np.asarray(gaussian_filter(larger, blur))
 
 
 def _mirror(landmarks: Landmarks, shape: FaceShape) -> NDArray[np.float64] | None:
-    """Return where, ``(y, x)``, the same place of the other half of the face is seen, if eyes tell."""
+    """Return where, ``(y, x)``, the same place of the other half of the face is seen, if eyes tell.
+
+    The face's plane of symmetry is that between the eyes in space: ``x ↦ x - 2 ((x - m)·a) a``.
+    """
     eyes = landmarks.eyes
     if eyes is None:
         return None

@@ -1,13 +1,16 @@
-"""The method of Li, Yin and Deng (2009): large scales by the logarithmic total variation model."""
+"""The method of Li, Yin and Deng (2009), Algorithm 1: u(warped reference) · v(target).
+
+So that many targets can share the split of one reference, it may be split in its own photo: then its u is
+warped, ``warped u(reference) · v(target)``.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from relit.ltv.decomposition import Decomposition, decompose
+from relit.ltv import decomposition
 from relit.methods.scene import Relit, Scene, recombined
 from relit.photo.pixels import DARKEST, to_unit
 from relit.runtime.threads import pool
@@ -16,26 +19,32 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from relit.face.landmarks import Landmarks
+    from relit.ltv.decomposition import Decomposition
 
 
 def relight(scene: Scene) -> Relit:
     """Return u(reference) · v(target)."""
 
-    def split(face: tuple[NDArray[Any], Landmarks]) -> Decomposition:
-        planes, landmarks = face
-        return decompose(
+    def decompose(photo: tuple[NDArray[Any], Landmarks]) -> Decomposition:
+        planes, face = photo
+        return decomposition.decompose(
             planes,
             scene.lam,
             neighborhood=scene.options.neighborhood,
-            interocular_distance=landmarks.interocular_distance,
+            interocular_distance=face.interocular_distance,
         )
 
-    ours, laid = ((planes, scene.landmarks) for planes in (scene.target, scene.reference))
-    theirs = laid if scene.own is None else (scene.own, scene.reference_landmarks)
+    target, reference = (scene.target, scene.face.landmarks), (scene.reference, scene.face.landmarks)
+    if scene.own is not None:
+        reference = scene.own, scene.reference_landmarks
     with pool(2) as run:
-        target, reference = run(split, (ours, theirs))
-    if scene.own is not None and scene.alignment is not None:
-        u = scene.alignment.lay(reference.u)
-        v = np.maximum(to_unit(scene.reference), np.float32(DARKEST)) / u
-        reference = replace(reference, u=u, v=np.asarray(v, np.float32))
-    return recombined(target, reference)
+        ours, theirs = run(decompose, (target, reference))
+    return recombined(target=ours, reference=theirs if scene.own is None else _warped(theirs, scene))
+
+
+def _warped(split: Decomposition, scene: Scene) -> Decomposition:
+    """Return the split of a reference, made in its own photo, as it lies on the target."""
+    assert scene.alignment is not None
+    u = scene.alignment.lay(split.u)
+    v = np.maximum(to_unit(scene.reference), np.float32(DARKEST)) / u
+    return decomposition.Decomposition(u, np.asarray(v, np.float32), split.lam, split.neighborhood)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from relit.ltv.decomposition import FACE_SCALE
+from relit.ltv.decomposition import lam_in_px
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from relit.face.landmarks import Landmarks
+    from relit.face.regions import FaceRegions
     from relit.ltv.decomposition import Decomposition
     from relit.settings.options import TransferOptions
     from relit.warp.alignment import Alignment
@@ -34,12 +35,10 @@ class Scene:
     target, reference : (H, W) or (H, W, 3) array
         Planes of the target, and of the reference laid over it. A target of one plane serves all three of a
         reference.
-    landmarks : Landmarks
-        Of the target.
+    face : FaceRegions
+        Where the target's face is.
     reference_landmarks : Landmarks
-        Of the reference in its own photo, paired with them.
-    face : (H, W) bool array
-        The pixels of the face.
+        Of the reference in its own photo, paired with the target's.
     lam : float
         λ for a face whose eyes are 100 px apart.
     options : TransferOptions
@@ -55,9 +54,8 @@ class Scene:
 
     target: NDArray[Any]
     reference: NDArray[Any]
-    landmarks: Landmarks
+    face: FaceRegions
     reference_landmarks: Landmarks
-    face: NDArray[np.bool_]
     lam: float
     options: TransferOptions
     second: NDArray[Any] | None = None
@@ -69,7 +67,7 @@ class Scene:
     def lam_px(self) -> float:
         """λ in px⁻¹; where it is so small that the light has no details at all, as large as that may be."""
         side: int = max(*self.target.shape, *self.reference.shape)
-        return max(self.lam * FACE_SCALE / self.landmarks.interocular_distance, 1 / (_BEYOND * side))
+        return max(lam_in_px(self.lam, self.face.interocular_distance), 1 / (_BEYOND * side))
 
 
 class Relit(NamedTuple):
@@ -82,9 +80,9 @@ class Relit(NamedTuple):
 
 
 def recombined(target: Decomposition, reference: Decomposition) -> Relit:
-    """Return the light of one split on the person of another: u(reference) · v(target)."""
-    v = target.v if target.v.ndim == reference.u.ndim else target.v[..., None]
-    return Relit(reference.u * v, target, reference)
+    """Return the light of one split on the person of another: ``u(reference) · v(target)``."""
+    coloring = target.v.ndim < reference.u.ndim
+    return Relit(reference.u * (target.v[..., None] if coloring else target.v), target, reference)
 
 
 def as_planes(image: NDArray[Any]) -> list[NDArray[Any]]:

@@ -9,90 +9,85 @@ relit face is ``exp(s' + p + k r)``:
 3. r is what the reference's light leaves unexplained there, blurred: cast shadows, highlights, a nose that is
    not in the mesh. The more the light slants, the more of it is light, not person.
 4. How strong the light is, and of what colour, cannot be told from how dark a skin is, and of what colour.
-   Where the face goes back into its photo, both stay those of the target; `TransferOptions` has the rest.
+   `compose.adjust` decides on both, and adds what it comes to, a number for each plane, to s'.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from relit.methods.light_and_person import explained_faces, shade_on
+from relit.methods.light_and_person import Faces, explained_faces, shade_on
 from relit.methods.scene import Relit, Scene, stacked
-from relit.photo.color import LUMA_WEIGHTS
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from relit.methods.light_and_person import Face, Plane
-    from relit.settings.options import TransferOptions
+    from relit.methods.light_and_person import Plane
 
 _RESIDUAL, _SHADOW, _SHADOW_FROM = 0.6, 0.6, -0.8  # share of r that is light, more of it below, in log I
 _OTHERS, _ACROSS = 0.9, 0.1  # how little of r counts in features, and how far it is from beyond them
 
 
-def relight(scene: Scene) -> Relit:
-    """Return exp(s' + p + k r)."""
-    unit = scene.landmarks.interocular_distance
+@dataclass(frozen=True, eq=False)
+class LightAndPerson:
+    """A relit face in log I, before it is said how bright it is to be, and of what hue.
+
+    Attributes
+    ----------
+    faces : Faces
+        The two faces that it was made of.
+    lights, persons : list of array
+        ``s' + k r`` and p, plane by plane.
+    """
+
+    faces: Faces
+    lights: list[Plane]
+    persons: list[Plane]
+
+    def anchored(self, anchor: Plane) -> Relit:
+        """Return the relit planes, ``exp(s' + p + k r)``, with what `anchor` adds to the light of each."""
+        lights = [light + shift for light, shift in zip(self.lights, anchor, strict=True)]
+        relit = stacked([np.exp(light + person) for light, person in zip(lights, self.persons, strict=True)])
+        # The hue of the skin is shown in the person, though in one photo it may be that of the light.
+        targets = self.faces.targets
+        tone = np.log([target.strength for target in targets])
+        tone -= tone.mean()
+        layers = {
+            "target_light": stacked([np.exp(t.shade - c) for t, c in zip(targets, tone, strict=True)]),
+            "target_is_lit": stacked(self.faces.lits),
+            "person": stacked([np.exp(person + c) / 2 for person, c in zip(self.persons, tone, strict=True)]),
+            "new_light": stacked([np.exp(light - c) for light, c in zip(lights, tone, strict=True)]),
+        }
+        return Relit(relit, layers=layers)
+
+
+def relight(scene: Scene) -> LightAndPerson:
+    """Return s' + k r, and p."""
+    iod = scene.face.interocular_distance
     faces = explained_faces(
-        scene.target, scene.reference, scene.landmarks, scene.reference_landmarks, rendered=scene.rendered
+        scene.target, scene.reference, scene.face, scene.reference_landmarks, rendered=scene.rendered
     )
-    targets, references = faces.targets, faces.references
     blur = 0.5 / scene.lam_px
     persons, lights = list(faces.persons), []
-    for k, (reference, stand_in) in enumerate(zip(references, faces.stand_ins, strict=True)):
+    for k, (reference, stand_in) in enumerate(zip(faces.references, faces.stand_ins, strict=True)):
         if faces.colored:
-            grey = np.mean([one.person for one in references], axis=0)
+            grey = np.mean([one.person for one in faces.references], axis=0)
             persons[k] = persons[k] + gaussian_filter(reference.person - grey, blur)
         if scene.rendered:
             lights.append(reference.shade)
             continue
-        residual = _residual(stand_in - persons[k], faces.features, blur, unit)
+        residual = _residual(stand_in - persons[k], faces.features, blur, iod)
         share = _RESIDUAL * residual + _SHADOW * np.minimum(residual - _SHADOW_FROM, 0)
         lights.append(np.log(shade_on(reference.light, faces.shape)) + reference.light.slant**3 * share)
-
-    anchor = _anchor(scene.options, targets, references, lights, faces.shape.inside, faces.colored)
-    lights = [light + shift for light, shift in zip(lights, anchor, strict=True)]
-    relit = stacked([np.exp(light + person) for light, person in zip(lights, persons, strict=True)])
-    # The hue of the skin is shown in the person, though in one photo it may be that of the light.
-    tone = np.log([target.strength for target in targets])
-    tone -= tone.mean()
-    layers = {
-        "target_light": stacked([np.exp(t.shade - c) for t, c in zip(targets, tone, strict=True)]),
-        "target_is_lit": stacked(faces.lits),
-        "person": stacked([np.exp(person + c) / 2 for person, c in zip(persons, tone, strict=True)]),
-        "new_light": stacked([np.exp(light - c) for light, c in zip(lights, tone, strict=True)]),
-    }
-    return Relit(relit, layers=layers)
+    return LightAndPerson(faces, lights, persons)
 
 
-def _anchor(
-    options: TransferOptions,
-    targets: list[Face],
-    references: list[Face],
-    lights: list[Plane],
-    inside: NDArray[np.bool_],
-    colored: bool,
-) -> Plane:
-    """Return what to add to the light of every plane, to keep the target's brightness and hue or not."""
-    exposure = options.exposure_share
-    weights = LUMA_WEIGHTS if len(lights) == 3 else np.ones(len(lights))
-    ours, theirs = (
-        np.average([face.strength for face in faces], weights=weights) for faces in (targets, references)
-    )
-    stronger = np.log(ours / theirs)
-    # A grey target has no hue to keep. Made brighter, the same pigment is less vivid.
-    tint = min(1.0, float(np.exp(-(1 - exposure) * stronger))) if colored else options.tint_share or 0.0
-    change = [(target.shade - light)[inside].mean() for target, light in zip(targets, lights, strict=True)]
-    return np.asarray((1 - exposure) * stronger + (1 - tint) * (change - np.average(change, weights=weights)))
-
-
-def _residual(difference: Plane, features: Plane, blur: float, unit: float) -> Plane:
+def _residual(difference: Plane, features: Plane, blur: float, iod: float) -> Plane:
     """Return r, which goes through brows, eyes and mouth as it goes round them."""
     round_them = 1 - _OTHERS * features
-    wide = gaussian_filter(difference * round_them, _ACROSS * unit) / gaussian_filter(
-        round_them, _ACROSS * unit
+    wide = gaussian_filter(difference * round_them, _ACROSS * iod) / gaussian_filter(
+        round_them, _ACROSS * iod
     )
     return np.asarray(gaussian_filter(difference, blur) * (1 - features) + wide * features)

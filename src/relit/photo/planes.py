@@ -36,11 +36,14 @@ class PlaneSpace:
         Channels of that space; None where all of the photo are taken as they are.
     by_luma : bool
         Whether the one plane is the luma of RGB, with which R, G and B scale.
+    coloring : bool
+        Whether a grey target takes on colours.
     """
 
     color_space: ColorSpaceName
     chosen: tuple[int, ...] | None = None
     by_luma: bool = False
+    coloring: bool = False
 
     def of_target(self, image: NDArray[Any]) -> NDArray[Any]:
         """Return the planes of a target, (H, W) or (H, W, k). One plane serves all three of a reference."""
@@ -55,7 +58,8 @@ class PlaneSpace:
         return _pick(_in_space(image, self._space), self.chosen)
 
     def rebuild(self, target: NDArray[Any], relit: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return the target with its planes relit, in grey or RGB."""
+        """Return the target with its planes relit, (H, W) or (H, W, k), in grey or RGB."""
+        relit = relit[..., 0] if relit.ndim == 3 and relit.shape[2] == 1 else relit
         if self.by_luma:
             return np.asarray(to_unit(target) * (relit / self.of_target(target))[..., None], np.float32)
         if self.chosen is None:
@@ -105,13 +109,14 @@ def plane_space(
     """
     if grey_target and grey_reference:
         return PlaneSpace("rgb")
+    coloring = grey_target
     lightness = COLOR_SPACES[color_space].lightness
     if grey_reference and lightness is None:
         return PlaneSpace(color_space, by_luma=True)
     if color_space == "rgb" and channels == "all":
-        return PlaneSpace(color_space)
+        return PlaneSpace(color_space, coloring=coloring)
     chosen = lightness if grey_reference and lightness is not None else channels
-    return PlaneSpace(color_space, channels_of(color_space, chosen))
+    return PlaneSpace(color_space, channels_of(color_space, chosen), coloring=coloring)
 
 
 def _in_space(image: NDArray[Any], space: ColorSpace) -> NDArray[np.float32]:

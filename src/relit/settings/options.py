@@ -10,22 +10,11 @@ from typing import Any
 
 from relit.errors import OptionError
 from relit.photo.color import COLOR_SPACES, channels_of
+from relit.settings.methods import METHODS, Method
 from relit.settings.option_fields import check, option
 from relit.settings.studio_lights import STUDIO_LIGHTS, studio_light
 
-METHODS = (
-    "shading",
-    "ltv",
-    "log-gaussian",
-    "wls",
-    "moments",
-    "histogram",
-    "spherical-harmonics",
-    "quotient",
-    "expression-ratio",
-)
-
-#: Parts of a face that may be relit alone; `compose.part_mask` draws them.
+#: Parts of a face that may be relit alone; `FaceRegions.parts` draws them.
 PARTS = ("left", "right", "forehead", "cheeks", "nose", "mouth", "eyes", "chin")
 
 _UNKNOWN = 0.5  # of a difference in brightness: the light's share, where nothing tells it from the skin's
@@ -112,7 +101,7 @@ class TransferOptions:
         "How to relight. 'ltv' is the algorithm of Li, Yin and Deng (2009); the others are there to compare. "
         "'quotient' and 'expression-ratio' take a second reference.",
         flag="--method",
-        choices=METHODS,
+        choices=tuple(METHODS),
     )
     lam: float | str = option(
         0.2,
@@ -236,24 +225,28 @@ class TransferOptions:
         chosen = channels_of(self.color_space, self.lit_channels)  # type: ignore[arg-type]
         lightness = COLOR_SPACES[self.color_space].lightness  # type: ignore[index]
         wanted = channels_of(self.color_space, lightness) if lightness else chosen  # type: ignore[arg-type]
-        if self.method == "shading" and chosen != wanted:
+        if self.record.lights_brightness and chosen != wanted:
             raise OptionError(
-                f"channels: expected {lightness!r} or 'all' with method 'shading', which lights what has a "
-                f"brightness, got {self.channels!r}; or choose method ltv"
+                f"channels: expected {lightness!r} or 'all' with method {self.method!r}, which lights what "
+                f"has a brightness, got {self.channels!r}; or choose method ltv"
             )
 
     @property
+    def record(self) -> Method:
+        """What is to know of the method besides how it relights."""
+        return METHODS[self.method]
+
+    @property
     def lit_channels(self) -> str:
-        """The channels that are relit: ``shading`` leaves those alone that have no brightness."""
+        """The channels that are relit: some methods leave those alone that have no brightness."""
         lightness = COLOR_SPACES[self.color_space].lightness if self.color_space in COLOR_SPACES else None
-        return (
-            lightness if lightness and self.method == "shading" and self.channels == "all" else self.channels
-        )
+        alone = lightness and self.record.lights_brightness and self.channels == "all"
+        return lightness if lightness and alone else self.channels
 
     @property
     def splits_alone(self) -> bool:
-        """Whether the reference is split in its own frame: no method but ``ltv`` has a use for that."""
-        return self.split_first and self.method == "ltv"
+        """Whether the reference is split in its own frame."""
+        return self.split_first and self.record.splits
 
     @property
     def exposure_share(self) -> float:

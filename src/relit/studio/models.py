@@ -10,7 +10,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, JsonValue, W
 
 from relit.face.landmark_files import FORMATS as LANDMARK_FORMATS
 from relit.face.landmarks import SchemeName
-from relit.methods import WITH_SECOND_REFERENCE
+from relit.settings.methods import WITH_SECOND_REFERENCE
 from relit.settings.options import TransferOptions
 from relit.studio.pictures import VIEWS
 from relit.studio.sessions import Sitter

@@ -41,10 +41,6 @@ VIEWS = {
 }
 
 _QUALITY = 90
-#: Distance of the eyes, in px, that a preview looks at faces with: enough for the eye to judge by, and where
-#: a hand is moving, to see where it goes.
-_FINE, _QUICK = {"shading": 50.0}, {"shading": 18.0}
-_FINE_OTHERS, _QUICK_OTHERS = 110.0, 25.0
 
 
 def preview_of(sitter: Sitter, side: int) -> Photo:
@@ -65,8 +61,8 @@ def rendered(
     """Relight the session's target at the size of a preview; return by how much that was reduced, too."""
     target, here, factor = _at_size(session, "target", side)
     lights = [] if options.light is not None else [_at_size(session, "reference", side)]
-    sizes, others = (_QUICK, _QUICK_OTHERS) if quick else (_FINE, _FINE_OTHERS)
-    return _relit(target, here, lights, options, sizes.get(options.method, others)), factor
+    detail = options.record.sketch_iod if quick else options.record.preview_iod
+    return _relit(target, here, lights, options, detail), factor
 
 
 @remembered

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from relit.errors import OptionError
-from relit.methods import WITH_SECOND_REFERENCE
+from relit.settings.methods import WITH_SECOND_REFERENCE
 from relit.settings.options import TransferOptions
 from relit.settings.studio_lights import STUDIO_LIGHTS, studio_light
 

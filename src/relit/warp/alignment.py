@@ -80,7 +80,6 @@ class Alignment:
         return _sample(image, self.map, self.scale)
 
 
-@remembered
 def align(
     reference: NDArray[Any],
     reference_landmarks: Landmarks | ArrayLike,
@@ -141,6 +140,31 @@ def align(
     check_pair(target_landmarks, reference_landmarks)
     check_inside(target_landmarks, shape, "target_landmarks")
     check_inside(reference_landmarks, reference.shape, "reference_landmarks")
+    return lay_over(
+        reference,
+        reference_landmarks,
+        target_landmarks,
+        shape,
+        kernel=kernel,
+        affine=affine,
+        smoothing=smoothing,
+        dtype=dtype,
+    )
+
+
+@remembered
+def lay_over(
+    reference: NDArray[Any],
+    reference_landmarks: Landmarks,
+    target_landmarks: Landmarks,
+    shape: tuple[int, ...],
+    *,
+    kernel: KernelName = "thin_plate_spline",
+    affine: bool = True,
+    smoothing: float | None = None,
+    dtype: DTypeLike | None = None,
+) -> Alignment:
+    """Do what `align` does, of photos and landmarks that have been checked."""
     height, width = shape[:2]
     rows = control_rows(target_landmarks)
     here, there = target_landmarks.xy[rows], reference_landmarks.xy[rows]

@@ -35,7 +35,7 @@ def quotient(scene: Scene) -> Relit:
 
 def expression_ratio(scene: Scene) -> Relit:
     """Return the same, the ratio smoothed where target and second reference do not correlate."""
-    radius = _WINDOW * scene.landmarks.interocular_distance
+    radius = _WINDOW * scene.face.interocular_distance
     relit = []
     for target, old, new in _log_planes(scene):
         alike = np.clip(correlation(target, old, radius), 0, 1)

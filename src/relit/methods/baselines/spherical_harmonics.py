@@ -37,12 +37,12 @@ def relight(scene: Scene) -> Relit:
 
 
 def _relit(scene: Scene) -> Relit:
-    basis = harmonics(face_shape(scene.landmarks, scene.face.shape).normals)
+    basis = harmonics(face_shape(scene.face.landmarks, scene.face.shape).normals)
     targets = as_planes(to_unit(scene.target).astype(np.float64))
     references = as_planes(to_unit(scene.reference).astype(np.float64))
     relit = []
     for plane, reference in zip(targets * (len(references) // len(targets)), references, strict=True):
-        shade, light = (_shading(basis, image, scene.face) for image in (plane, reference))
+        shade, light = (_shading(basis, image, scene.face.interior) for image in (plane, reference))
         relit.append(plane * np.clip(light / shade, 1 / _RATIO, _RATIO))
     return Relit(np.clip(stacked(relit), 0, 1))
 

@@ -56,7 +56,7 @@ def _by_planes(
     targets = as_planes(to_unit(scene.target).astype(np.float64))
     references = as_planes(to_unit(scene.reference).astype(np.float64))
     matched = [
-        match(plane, plane[scene.face], reference[scene.face])
+        match(plane, plane[scene.face.interior], reference[scene.face.interior])
         for plane, reference in zip(targets * (len(references) // len(targets)), references, strict=True)
     ]
     return Relit(np.clip(stacked(matched), 0, 1))

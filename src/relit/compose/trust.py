@@ -1,0 +1,70 @@
+"""Where a change of light can be trusted.
+
+A method tells how the light changes on the face. It cannot know where the reference shows hair, spectacles
+or what is behind, nor under brows, eyes and lips, which differ from person to person: there the change is
+carried on from around, as a membrane would.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.ndimage import gaussian_filter, grey_dilation
+
+from relit.face.skin import skin_of
+from relit.face.views import without_grain
+from relit.runtime.memo import remembered
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from relit.face.views import View
+
+_RIM, _RIM_RENDERED = 0.1, 0.04  # interocular distances: at its outline a mesh is too flat to shade well
+_EDGE = 0.06  # interocular distances by which features are widened, and over which trust turns soft
+
+
+@remembered
+def known(
+    view: View, reference: NDArray[Any], seen: NDArray[np.bool_], *, rendered: bool = False
+) -> NDArray[np.float32]:
+    """Return where a change of light can be trusted, 0 to 1.
+
+    Parameters
+    ----------
+    view : View
+        Of the target.
+    reference : (H, W) or (H, W, 3) array
+        Laid over the view.
+    seen : (H, W) bool array
+        Where it lies within its photo.
+    rendered : bool
+        Whether the reference is nobody's face.
+
+    Returns
+    -------
+    (H, W) float32 array
+    """
+    face, iod = view.regions, view.regions.interocular_distance
+    trust = (face.distance > (_RIM_RENDERED if rendered else _RIM) * iod).astype(np.float32)
+    if not rendered:
+        trust *= seen
+        area = face.skin_area & seen
+        if area.any():
+            trust *= np.maximum(face.below_brows, view.skin.likeness(view.smooth))
+            theirs = without_grain(reference, iod)
+            skin = skin_of(theirs, area)
+            # Below the brows, what is dark may lie in a shadow; above, it is hair or a hat.
+            shaded, plain = skin.likeness(theirs, hue_alone=True), skin.likeness(theirs)
+            trust *= face.below_brows * shaded + (1 - face.below_brows) * plain
+        trust *= 1 - grey_dilation(face.features.astype(np.float32), size=_square(_EDGE * iod))
+    # What is beside the unknown is half unknown: a mixed pixel, a lens' blur, an alignment that is off.
+    sigma = _square(_EDGE * iod / 2)[0] / 2
+    return np.asarray(np.clip(2 * gaussian_filter(trust, sigma) - 1, 0, 1), np.float32)
+
+
+def _square(radius: float) -> tuple[int, int]:
+    """Return the size of a window that reaches so far, and at least 1 px, round its middle."""
+    size = 2 * max(round(radius), 1) + 1
+    return size, size
