@@ -30,8 +30,7 @@ from relit.face.landmark_files import read_landmarks, write_landmarks
 from relit.face.landmarks import Landmarks
 from relit.ltv.decomposition import decompose, normalize
 from relit.ltv.g_value import automatic_lam
-from relit.methods import light_and_person as explained
-from relit.methods import paper as ltv_swap
+from relit.methods import light_and_person, paper
 from relit.photo import atomic_files as files
 from relit.photo.color import COLOR_SPACES
 from relit.photo.photo import Photo, read_image, write_image
@@ -728,7 +727,7 @@ class TestRefusals:
         def starve(*_arguments, **_options):
             raise MemoryError
 
-        monkeypatch.setattr(ltv_swap, "decompose", starve)
+        monkeypatch.setattr(paper, "decompose", starve)
         assert fail(f"{TRANSFER} -o out.png --method ltv").startswith(
             "not enough memory for photos of this size"
         )
@@ -904,7 +903,7 @@ class TestInterruption:
         [
             (detect, "detect_landmarks"),
             (relighting, "lay_over"),
-            (explained, "fit_light"),
+            (light_and_person, "fit_light"),
             (relighting, "blend"),
             (figures, "contact_sheet"),
         ],

@@ -79,7 +79,7 @@ def test_of_a_large_photo_the_face_and_its_surroundings_are_split(target, refere
     sizes = []
     split = decompose.__wrapped__
     monkeypatch.setattr(
-        "relit.methods.ltv_swap.decompose",
+        "relit.methods.paper.decompose",
         lambda image, *given, **named: (sizes.append(image.shape), split(image, *given, **named))[1],
     )
     given = {"target_landmarks": face, "method": "ltv", "split_first": True}

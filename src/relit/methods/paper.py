@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from relit.ltv import decomposition
+from relit.ltv.decomposition import Decomposition, decompose
 from relit.methods.scene import Relit, Scene, recombined
 from relit.photo.pixels import DARKEST, to_unit
 from relit.runtime.threads import pool
@@ -19,26 +19,21 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from relit.face.landmarks import Landmarks
-    from relit.ltv.decomposition import Decomposition
 
 
 def relight(scene: Scene) -> Relit:
     """Return u(reference) · v(target)."""
 
-    def decompose(photo: tuple[NDArray[Any], Landmarks]) -> Decomposition:
+    def split(photo: tuple[NDArray[Any], Landmarks]) -> Decomposition:
         planes, face = photo
-        return decomposition.decompose(
-            planes,
-            scene.lam,
-            neighborhood=scene.options.neighborhood,
-            interocular_distance=face.interocular_distance,
-        )
+        distance, neighborhood = face.interocular_distance, scene.options.neighborhood
+        return decompose(planes, scene.lam, neighborhood=neighborhood, interocular_distance=distance)
 
     target, reference = (scene.target, scene.face.landmarks), (scene.reference, scene.face.landmarks)
     if scene.own is not None:
         reference = scene.own, scene.reference_landmarks
     with pool(2) as run:
-        ours, theirs = run(decompose, (target, reference))
+        ours, theirs = run(split, (target, reference))
     return recombined(target=ours, reference=theirs if scene.own is None else _warped(theirs, scene))
 
 
@@ -47,4 +42,4 @@ def _warped(split: Decomposition, scene: Scene) -> Decomposition:
     assert scene.alignment is not None
     u = scene.alignment.lay(split.u)
     v = np.maximum(to_unit(scene.reference), np.float32(DARKEST)) / u
-    return decomposition.Decomposition(u, np.asarray(v, np.float32), split.lam, split.neighborhood)
+    return Decomposition(u, np.asarray(v, np.float32), split.lam, split.neighborhood)
