@@ -28,6 +28,7 @@ LAYERS = [
         "timing",
         "studio_lights",
         "declared",
+        "radial_basis",
     },
     {"options", "views", "guided", "skin", "compose", "graph", "rbf", "saddle_point"},
     {"settings_file", "_photo", "profile", "_landmark_lines", "face_models", "sweeps", "warm_start"},
