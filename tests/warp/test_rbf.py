@@ -1,5 +1,7 @@
 """The interpolant against scipy's, its own conditions, and the affine maps that it must reproduce."""
 
+from decimal import Decimal, localcontext
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -52,6 +54,62 @@ def test_meets_its_values_also_at_near_duplicate_points(kernel, affine):
         centers, values = np.vstack([x, twins]), np.vstack([y, y[:6] + 0.5 * distance])
         fitted = fit_rbf(centers, values, kernel=kernel, affine=affine)
         assert np.abs(fitted(centers) - values).max() < 1e-6
+
+
+def solved_in_50_digits(x, y, places, kernel, affine, radius):
+    """The interpolant by Gaussian elimination in decimals, in px throughout."""
+
+    def decimals(array):
+        return [[Decimal(float(entry)) for entry in row] for row in array]
+
+    def terms(points):
+        for p in points:
+            squares = [(p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 for q in centers]
+            yield [phi(square) for square in squares] + ([Decimal(1), *p] if affine else [])
+
+    with localcontext(prec=50):
+        shape = Decimal(float(radius)) ** 2
+        phi = {
+            "thin_plate_spline": lambda s: s * s.ln() / 2 if s else s,
+            "multiquadric": lambda s: -(s + shape).sqrt(),
+            "gaussian": lambda s: (-s / shape).exp(),
+        }[kernel]
+        centers, n = decimals(x), len(x)
+        rows = list(terms(centers))
+        rows += [[row[n + k] for row in rows] + [Decimal(0)] * 3 for k in range(3 if affine else 0)]
+        system = np.array(rows)
+        right = np.array(decimals(y) + [[Decimal(0)] * 2] * (len(system) - n))
+        for k in range(len(system)):
+            swap = [k, k + np.abs(system[k:, k]).argmax()]
+            system[swap], right[swap] = system[swap[::-1]], right[swap[::-1]]
+            others = np.arange(len(system)) != k
+            factors = system[others, k] / system[k, k]
+            system[others] -= np.outer(factors, system[k])
+            right[others] -= np.outer(factors, right[k])
+        solution = right / np.diag(system)[:, None]
+        return (np.array(list(terms(decimals(places)))) @ solution).astype(float)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    seed=st.integers(0, 1000),
+    distance=st.floats(-6, -2).map(lambda exponent: 10**exponent),
+    kernel=st.sampled_from(KERNELS),
+    affine=st.booleans(),
+)
+def test_near_duplicate_points_give_the_interpolant_of_exact_arithmetic(seed, distance, kernel, affine):
+    x, y, places = scattered(seed, n=8)
+    rng = np.random.default_rng(seed)
+    twins = x[:2] + distance * rng.standard_normal((2, 2))
+    x, y = np.vstack([x, twins]), np.vstack([y, y[:2] + distance * rng.standard_normal((2, 2))])
+    order = rng.permutation(len(x))
+    try:
+        fitted = fit_rbf(x[order], y[order], kernel=kernel, affine=affine, radius=25.0)
+    except LandmarkError:
+        assert distance < 3e-4  # below, the coefficients' own rounding may be more than 1e-6 px
+        return
+    exact = solved_in_50_digits(x, y, places[:10], kernel, affine, 25.0)
+    np.testing.assert_allclose(fitted(places[:10]), exact, atol=1e-3)
 
 
 @settings(max_examples=30, deadline=None)

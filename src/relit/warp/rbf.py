@@ -17,16 +17,17 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from scipy.interpolate import RectBivariateSpline
 from scipy.linalg import LinAlgError, LinAlgWarning, lu_factor, lu_solve
 from scipy.spatial.distance import cdist
-from scipy.special import xlogy
 
 from relit.errors import LandmarkError, OptionError
 from relit.runtime.threads import available, one_blas_thread, pool
+from relit.warp.radial_basis import Basis
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -106,7 +107,7 @@ class RBF:
     def of_terms(self, terms: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the (k, m) values at the points that the terms are of."""
         affine = [] if self.polynomial is None else [self.polynomial]
-        return np.asarray(terms @ np.vstack([self.coefficients, *affine]))
+        return np.asarray(terms @ np.vstack([self._basis.of_differences(self.coefficients), *affine]))
 
     def on_grid(self, height: int, width: int, *, tolerance: float = 0.05) -> NDArray[np.float32]:
         """Return the values at every pixel of an image, to within `tolerance`.
@@ -154,19 +155,16 @@ class RBF:
         if self.kernel != "thin_plate_spline" or self.polynomial is None:
             raise OptionError("bending_energy: only a thin-plate spline with its affine part has one")
         basis = self._basis(self.centers)
-        energy = np.einsum("im,ij,jm->m", self.coefficients, basis, self.coefficients)
+        of_basis = self._basis.of_differences(self.coefficients)
+        energy = np.einsum("im,ij,jm->m", self.coefficients, basis, of_basis)
         # r² log r is 8π times the biharmonic Green's function.
         return np.asarray(8 * np.pi * energy / self.scale**2)
 
-    def _basis(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        square = cdist(points, self.centers, "sqeuclidean") / self.scale**2
-        if self.kernel == "gaussian":
-            return np.exp(-square * (self.scale / self.radius) ** 2)
-        if self.kernel == "multiquadric":
-            return -np.sqrt(square + (self.radius / self.scale) ** 2)
+    @cached_property
+    def _basis(self) -> Basis:
         # Without the affine part the unit of r matters, and the paper's is the pixel.
         unit = 1.0 if self.polynomial is not None else self.scale
-        return np.asarray(0.5 * xlogy(square, square * unit**2))
+        return Basis(self.centers, self.kernel, self.radius, self.scale, unit)
 
 
 def fit_rbf(
@@ -232,11 +230,10 @@ def fit_rbf(
         if not (np.isfinite(length) and length > 0):
             raise OptionError(f"{name}: expected a number of px above 0, got {length!r}")
 
-    n = len(x)
-    blank = RBF(
-        x, np.zeros((n, y.shape[1])), np.zeros((3, y.shape[1])) if affine else None, kernel, radius, scale
-    )
-    system = blank._basis(x) + smoothing * np.eye(n)
+    n, m = y.shape
+    blank = RBF(x, np.zeros((n, m)), np.zeros((3, m)) if affine else None, kernel, radius, scale)
+    basis = blank._basis
+    system = basis(x) + smoothing * basis.differences
     if affine:
         terms = _affine_terms(x, x, scale)
         if np.linalg.matrix_rank(terms) < 3:
@@ -244,17 +241,20 @@ def fit_rbf(
                 "landmarks: all points lie on one line, or fewer than 3 are apart; a map with an affine part "
                 "needs 3 points off a line"
             )
-        system = np.block([[system, terms], [terms.T, np.zeros((3, 3))]])
-    right = np.vstack([y, np.zeros((len(system) - n, y.shape[1]))])
+        system = np.block([[system, terms], [terms.T @ basis.differences, np.zeros((3, 3))]])
+    right = np.vstack([y, np.zeros((len(system) - n, m))])
     with one_blas_thread():
         solution = _solve_refined(system, right)
-    if smoothing == 0 and not np.abs(system[:n] @ solution - y).max() <= EXACT:
+    coefficients = basis.differences @ solution[:n]
+    fitted = RBF(x, coefficients, solution[n:] if affine else None, kernel, radius, scale)
+    # Coefficients so large that their rounding shows at the centers err as much elsewhere.
+    if smoothing == 0 and not np.abs(fitted(x) - y).max() <= EXACT:
         first, second = np.divmod(np.argmin(cdist(x, x) + np.diag(np.full(n, np.inf))), n)
         raise LandmarkError(
             f"landmarks: no {kernel} meets all points to {EXACT:g} px; the closest are {first} and {second}: "
             "remove one of them, or use smoothing above 0"
         )
-    return RBF(x, solution[:n], solution[n:] if affine else None, kernel, radius, scale)
+    return fitted
 
 
 def spread_of(points: NDArray[np.float64]) -> float:
@@ -276,7 +276,7 @@ def _affine_terms(
 def _solve_refined(system: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
     """Solve by LU with iterative refinement, its residuals in extended precision where the machine has it.
 
-    Near-duplicate points make the coefficients huge and cancelling; plain LU then misses the values.
+    Smooth kernels make ill-conditioned systems; plain LU then misses the values.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("error", LinAlgWarning)

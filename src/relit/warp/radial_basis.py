@@ -1,0 +1,90 @@
+"""Radial functions φ(|x - xᵢ|) of scattered centers, also of centers that nearly coincide: twins.
+
+Twins have huge coefficients of opposite sign, and a sum of them is as wrong as its order makes it, which is
+another with every BLAS. So of twins i and j
+
+    cᵢ φᵢ + cⱼ φⱼ  =  cᵢ (φᵢ - φⱼ) + (cᵢ + cⱼ) φⱼ
+
+is solved for and evaluated as on the right, the difference in a form that does not cancel. With T the matrix
+that takes these differences, ``Φ c = (Φ T) (T⁻¹ c)``; without twins it is the identity.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.spatial.distance import cdist
+from scipy.special import xlogy
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+_TWINS = 1e-3  # how near twins are, in units of the scale; further apart, the plain sum is right enough
+
+
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """The functions φᵢ as an `RBF` has them; the thin-plate spline's logarithm takes r in another `unit`."""
+
+    centers: NDArray[np.float64]
+    kernel: str
+    radius: float
+    scale: float
+    unit: float
+
+    def __call__(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return Φ T at (k, 2) points: (k, n), of each center φᵢ, or of a twin φᵢ - φⱼ."""
+        square = cdist(points, self.centers, "sqeuclidean") / self.scale**2
+        basis = self._phi(square)
+        twins, earlier = self._twins
+        if len(twins):
+            # |x - xᵢ|² - |x - xⱼ|² = ((x - xᵢ) + (x - xⱼ))·(xⱼ - xᵢ)
+            to_twins, to_earlier = (points[:, None] - self.centers[which] for which in (twins, earlier))
+            apart = self.centers[earlier] - self.centers[twins]
+            rise = ((to_twins + to_earlier) * apart).sum(axis=-1) / self.scale**2
+            low = np.minimum(square[:, twins], square[:, earlier])
+            basis[:, twins] = np.sign(rise) * self._phi_rise(low, np.abs(rise))
+        return basis
+
+    @cached_property
+    def differences(self) -> NDArray[np.float64]:
+        """T, (n, n): unit upper triangular, with -1 in the column of a twin i, row j."""
+        twins, earlier = self._twins
+        differences = np.eye(len(self.centers))
+        differences[earlier, twins] = -1
+        return differences
+
+    def of_differences(self, coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return T⁻¹ c."""
+        return np.asarray(solve_triangular(self.differences, coefficients, unit_diagonal=True))
+
+    @cached_property
+    def _twins(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """The centers i that nearly coincide with earlier ones, and the nearest such j of each."""
+        apart = cdist(self.centers, self.centers)
+        apart[np.triu_indices(len(apart))] = np.inf
+        twins = np.flatnonzero(apart.min(axis=1) < _TWINS * self.scale)
+        return twins, apart[twins].argmin(axis=1)
+
+    def _phi(self, square: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return φ of squared distances."""
+        if self.kernel == "gaussian":
+            return np.exp(-square * (self.scale / self.radius) ** 2)
+        if self.kernel == "multiquadric":
+            return -np.sqrt(square + (self.radius / self.scale) ** 2)
+        return np.asarray(0.5 * xlogy(square, square * self.unit**2))
+
+    def _phi_rise(self, low: NDArray[np.float64], rise: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return φ(low + rise) - φ(low), right to the last digits however small the rise."""
+        high = low + rise
+        if self.kernel == "gaussian":
+            return np.asarray(self._phi(low) * np.expm1(-rise * (self.scale / self.radius) ** 2))
+        if self.kernel == "multiquadric":
+            return np.asarray(rise / (self._phi(low) + self._phi(high)))
+        # high log high - low log low = (high - low) log high + low log(high / low)
+        bend = low * np.log1p(rise / np.maximum(low, np.finfo(float).tiny))
+        return np.asarray(0.5 * (xlogy(rise, high * self.unit**2) + bend))
