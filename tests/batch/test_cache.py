@@ -20,7 +20,7 @@ from relit.batch.cache import DiskCache
 from relit.errors import FaceNotFoundError, ImageError, OptionError, OutputError
 from relit.face import detect
 from relit.ltv import decomposition as ltv
-from relit.methods import light_and_person as explained
+from relit.methods import explained_face as explained
 from relit.photo.photo import read_image
 from relit.photo.resampling import reduced
 from relit.photo.samples import sample

@@ -30,7 +30,7 @@ from relit.face.landmark_files import read_landmarks, write_landmarks
 from relit.face.landmarks import Landmarks
 from relit.ltv.decomposition import decompose, normalize
 from relit.ltv.g_value import automatic_lam
-from relit.methods import light_and_person, paper
+from relit.methods import explained_face, paper
 from relit.photo import atomic_files as files
 from relit.photo.color import COLOR_SPACES
 from relit.photo.photo import Photo, read_image, write_image
@@ -903,7 +903,7 @@ class TestInterruption:
         [
             (detect, "detect_landmarks"),
             (relighting, "lay_over"),
-            (light_and_person, "fit_light"),
+            (explained_face, "fit_light"),
             (relighting, "blend"),
             (figures, "contact_sheet"),
         ],

@@ -14,7 +14,7 @@ from relit.face.detect import faces_in
 from relit.face.landmarks import Landmarks
 from relit.face.shape import face_shape
 from relit.ltv.decomposition import Decomposition, decompose
-from relit.methods.light_and_person import explained_target
+from relit.methods.explained_face import explained_target
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

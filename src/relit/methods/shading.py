@@ -20,11 +20,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from relit.methods.light_and_person import Faces, explained_faces, shade_on
+from relit.methods.explained_face import shade_on
+from relit.methods.light_and_person import Faces, explained_faces
 from relit.methods.scene import Relit, Scene, stacked
 
 if TYPE_CHECKING:
-    from relit.methods.light_and_person import Plane
+    from relit.methods.explained_face import Plane
 
 _RESIDUAL, _SHADOW, _SHADOW_FROM = 0.6, 0.6, -0.8  # share of r that is light, more of it below, in log I
 _OTHERS, _ACROSS = 0.9, 0.1  # how little of r counts in features, and how far it is from beyond them
