@@ -50,7 +50,7 @@ class Basis:
             basis[:, twins] = np.sign(rise) * self._phi_rise(low, np.abs(rise))
         return basis
 
-    @cached_property
+    @property
     def differences(self) -> NDArray[np.float64]:
         """T, (n, n): unit upper triangular, with -1 in the column of a twin i, row j."""
         twins, earlier = self._twins

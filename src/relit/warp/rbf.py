@@ -245,7 +245,7 @@ def fit_rbf(
     right = np.vstack([y, np.zeros((len(system) - n, m))])
     with one_blas_thread():
         solution = _solve_refined(system, right)
-    coefficients = basis.differences @ solution[:n]
+        coefficients = basis.differences @ solution[:n]
     fitted = RBF(x, coefficients, solution[n:] if affine else None, kernel, radius, scale)
     # Coefficients so large that their rounding shows at the centers err as much elsewhere.
     if smoothing == 0 and not np.abs(fitted(x) - y).max() <= EXACT:
