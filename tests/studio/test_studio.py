@@ -24,7 +24,7 @@ from relit.studio import pictures
 from relit.studio import sessions as module
 from relit.studio.app import create_app
 from relit.studio.guard import HEADERS
-from relit.studio.sessions import Session, Sessions, Sitter, StudioError
+from relit.studio.sessions import Portrait, Session, Sessions, StudioError
 from tests.served import served
 
 API = "/api/v1"
@@ -387,28 +387,28 @@ class TestSessions:
         assert len(store) == 3
         photo = read_image(io.BytesIO(png(np.zeros((20, 20), np.uint8))))  # 400 bytes
         for token in tokens[2:]:
-            store.keep(store.get(token), "target", Sitter(photo, None, False))
+            store.keep(store.get(token), "target", Portrait(photo, None, False))
         assert len(store) == 2
         with pytest.raises(StudioError):
             store.get(tokens[2])
-        assert store.get(tokens[4]).sitter("target").photo is photo
+        assert store.get(tokens[4]).portrait("target").photo is photo
         with pytest.raises(StudioError, match="no reference yet"):
-            Session().sitter("reference")
+            Session().portrait("reference")
 
     def test_previews_of_the_idle_go_before_their_photos(self):
         store = Sessions(most_bytes=1000)
         photo = read_image(io.BytesIO(png(np.zeros((20, 20), np.uint8))))  # 400 bytes
         idle, busy, one = (store.get(store.begin()) for _ in range(3))
         for session in (idle, busy):
-            store.keep(session, "target", Sitter(photo, None, False))
+            store.keep(session, "target", Portrait(photo, None, False))
             with session.memo.open():
                 remembered(np.zeros)(shape=10, dtype="u1")
-        idle.sitters["target"].previews[64] = replace(photo, pixels=photo.pixels.copy())
-        with busy.work:
+        idle.portraits["target"].previews[64] = replace(photo, pixels=photo.pixels.copy())
+        with busy.lock:
             store.make_room(one)
             assert (idle.memo.size, idle.size, len(store)) == (0, 400, 3)
             assert busy.size == 410  # what is at work keeps what it works on
-            store.keep(one, "target", Sitter(photo, None, False))
+            store.keep(one, "target", Portrait(photo, None, False))
         assert len(store) == 2
         assert one.size == 400
 

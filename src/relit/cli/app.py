@@ -20,9 +20,10 @@ from relit.cli.evaluate import evaluate
 from relit.cli.options import (
     ALIGNMENT,
     check_streams,
+    face_options,
     force_option,
     json_option,
-    pair_options,
+    output_option,
     settings_of,
     transfer_options,
 )
@@ -62,23 +63,17 @@ def relit() -> None:
 
 
 @relit.command()
-@pair_options
+@click.argument("target")
+@click.argument("reference")
+@output_option
+@face_options("target", "target_")
+@face_options("reference", "reference_")
 @transfer_options(*ALIGNMENT)
 @force_option
 @json_option
-def align(
-    target: str,
-    reference: str,
-    output: str,
-    target_landmarks: str | None,
-    target_face: int | None,
-    reference_landmarks: str | None,
-    reference_face: int | None,
-    force: bool,
-    as_json: bool,
-    **given: Any,
-) -> None:
+def align(target: str, reference: str, output: str, force: bool, as_json: bool, **given: Any) -> None:
     """Warp REFERENCE so that its face lies on the face in TARGET."""
+    ours, theirs = Source.of(given, "target", target), Source.of(given, "reference", reference)
     settings = settings_of(given)
     check_streams(output, as_json, target, reference)
 
@@ -86,14 +81,13 @@ def align(
     from relit.warp.alignment import align as run
 
     with progress("Reading the photos"):
-        photo, light = read_photo(target), replace(read_photo(reference), alpha=None)
-    check_destination(output, like=light, overwrite=force)
+        photo, other = read_photo(target), replace(read_photo(reference), alpha=None)
+    check_destination(output, like=other, overwrite=force)
     with progress("Finding the faces"):
-        here = Source("target", target, target_landmarks, target_face).face_in(photo)
-        there = Source("reference", reference, reference_landmarks, reference_face).face_in(light)
+        here, there = ours.face_in(photo), theirs.face_in(other)
     with progress("Aligning"):
         alignment = run(
-            light.pixels,
+            other.pixels,
             there,
             here,
             photo.pixels.shape,
@@ -102,12 +96,12 @@ def align(
             smoothing=settings.smoothing,
         )
     warn_of_folds(alignment.folded)
-    write_image(output, alignment.warped, like=light, overwrite=force)
+    write_image(output, alignment.warped, like=other, overwrite=force)
     report(
         as_json,
         output=output,
         target=about(target, photo, here),
-        reference=about(reference, light, there),
+        reference=about(reference, other, there),
         smoothing=alignment.smoothing,
         folded=alignment.folded,
     )

@@ -5,32 +5,32 @@ from __future__ import annotations
 import csv
 import io
 import json
+import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from relit.cli.options import NumberOrWord, force_option, json_option, settings_of, transfer_options
-from relit.cli.terminal import counted, report
+from relit.cli.options import (
+    ALIGNMENT,
+    NumberOrWord,
+    force_option,
+    json_option,
+    settings_of,
+    transfer_options,
+)
+from relit.cli.terminal import report
 from relit.errors import OptionError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from relit.evaluate.cases import Case
-    from relit.evaluate.evaluation import Summary
+    from relit.evaluate.evaluation import Outcome, Summary
     from relit.settings.options import TransferOptions
 
-_EVALUATED = (
-    "method",
-    "exposure",
-    "neighborhood",
-    "split_first",
-    "kernel",
-    "affine",
-    "smoothing",
-)
+_EVALUATED = ("method", "exposure", "neighborhood", "split_first", *ALIGNMENT)
 
 
 @click.command()
@@ -76,10 +76,10 @@ def evaluate(
     as_json: bool,
     **given: Any,
 ) -> None:
-    """Measure how near relit comes to the truth.
+    """Measure how near relit comes to the true result.
 
     FOLDER holds Yale B faces in the layout of CroppedYale, and a protocol of what to relight with what. TABLE
-    is a CSV file with the columns target, reference and truth, paths of photos, and if you like group and
+    is a CSV file with the columns target, reference and truth, paths of photos, and optionally group and
     second_reference.
 
     \b
@@ -88,45 +88,42 @@ def evaluate(
     ssim  structural similarity after it: is it still this person?
     identity  how much more its features are like the truth's than the reference's
     """  # noqa: D301 (click reads the backspace as «do not wrap»)
+    from rich.console import Console
+    from rich.progress import track
+
     from relit.evaluate.cases import protocol_cases, triple_cases
-    from relit.evaluate.evaluation import as_record, summaries
     from relit.evaluate.evaluation import evaluate as run
+    from relit.evaluate.evaluation import summaries
     from relit.photo.atomic_files import check_free, save_atomically
     from relit.photo.photo import check_destination
     from relit.runtime.threads import available
 
-    methods = {
-        _label(options, lams): options for options in (settings_of({**given, "lam": lam}) for lam in lams)
-    }
+    options = [settings_of({**given, "lam": lam}) for lam in lams]
+    methods = {one.method if len(lams) == 1 else f"{one.method} {one.lam}": one for one in options}
     folder = source if source.is_dir() else None
     cases = protocol_cases(protocol or source / "protocol.csv", chosen) if folder else triple_cases(source)
     if not 0 <= number < len(cases):
         raise OptionError(f"--case: expected a number from 0 to {len(cases) - 1}, got {number}")
-    written = [f"{output}.json", f"{output}.csv"] if output else []
-    for path in written:
-        check_free(Path(path), overwrite=force)
+    for suffix in (".json", ".csv") if output else ():
+        check_free(Path(f"{output}{suffix}"), overwrite=force)
     if figure:
         check_destination(figure, overwrite=force)
     drawn = cases[number]
     if limit is not None and limit < len(cases):
         cases = [cases[len(cases) * i // limit] for i in range(limit)]
 
-    outcomes = []
-    with counted("Evaluating", len(cases)) as advance:
-        for of_case in run(cases, methods, folder=folder, jobs=jobs or available()):
-            outcomes += of_case
-            advance()
+    done = track(
+        run(cases, methods, folder=folder, jobs=jobs or available()),
+        "Evaluating",
+        len(cases),
+        console=Console(stderr=True),
+        transient=True,
+        disable=not sys.stderr.isatty(),
+    )
+    outcomes = [outcome for of_case in done for outcome in of_case]
     sums = summaries(outcomes)
-    records = [as_record(outcome) for outcome in outcomes]
-    if output:
-        table = io.StringIO()
-        writer = csv.DictWriter(table, list(records[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(records)
-        save_atomically(Path(f"{output}.csv"), table.getvalue().encode(), overwrite=force)
-        settings = {name: asdict(options) for name, options in methods.items()}
-        whole = {"methods": settings, "summaries": [asdict(line) for line in sums], "transfers": records}
-        save_atomically(Path(f"{output}.json"), json.dumps(whole, indent=1).encode(), overwrite=force)
+    for suffix, data in _tables(methods, outcomes, sums).items() if output else ():
+        save_atomically(Path(f"{output}{suffix}"), data, overwrite=force)
     if figure:
         _draw(drawn, methods, folder, figure, force)
     if as_json:
@@ -135,8 +132,20 @@ def evaluate(
         click.echo(_table(sums))
 
 
-def _label(options: TransferOptions, lams: Sequence[float | str]) -> str:
-    return options.method if len(lams) == 1 else f"{options.method} {options.lam}"
+def _tables(
+    methods: dict[str, TransferOptions], outcomes: list[Outcome], sums: list[Summary]
+) -> dict[str, bytes]:
+    """Return by suffix what is written: every transfer as CSV; and with what they sum up to, as JSON."""
+    from relit.evaluate.evaluation import as_record
+
+    records = [as_record(outcome) for outcome in outcomes]
+    table = io.StringIO()
+    writer = csv.DictWriter(table, list(records[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(records)
+    settings = {name: asdict(options) for name, options in methods.items()}
+    whole = {"methods": settings, "summaries": [asdict(line) for line in sums], "transfers": records}
+    return {".csv": table.getvalue().encode(), ".json": json.dumps(whole, indent=1).encode()}
 
 
 def _draw(
@@ -147,12 +156,10 @@ def _draw(
     from relit.evaluate.figure import truth_figure
     from relit.photo.photo import write_image
 
+    rows = {"case": case} | ({"swapped": swapped(case)} if folder else {})
     name = next(iter(methods))
-    rows = [("case", case)]
-    if folder is not None:
-        rows.append(("swapped", swapped(case)))
-    drawn = [(title, images_of(one, methods, folder)[0], name) for title, one in rows]
-    write_image(figure, truth_figure(drawn), overwrite=force)
+    pictures = [(title, images_of(one, methods, folder)[0], name) for title, one in rows.items()]
+    write_image(figure, truth_figure(pictures), overwrite=force)
 
 
 def _table(sums: Sequence[Summary]) -> str:

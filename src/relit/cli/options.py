@@ -129,16 +129,3 @@ def face_options(role: str, prefix: str = "", *, several: bool = False) -> Decor
         )(command)
 
     return decorate
-
-
-def pair_options(command: Command) -> Command:
-    """Add what every command on a target and a reference takes."""
-    for decorate in (
-        face_options("reference", "reference_"),
-        face_options("target", "target_"),
-        output_option,
-        click.argument("reference"),
-        click.argument("target"),
-    ):
-        command = decorate(command)
-    return command

@@ -21,7 +21,7 @@ _PORT = click.IntRange(0, 65535)
 )
 @click.option("--open/--no-open", "opened", default=True, show_default=True, help="Open a browser at it.")
 def studio(photos: tuple[str, ...], port: int, opened: bool) -> None:
-    """Relight by hand and eye, on a page in your browser.
+    """Relight interactively, on a page in your browser.
 
     The page is served on this machine alone. Photos stay in its memory, and nothing is sent elsewhere.
     TARGET and REFERENCE can also be dropped onto the page.
@@ -33,7 +33,7 @@ def studio(photos: tuple[str, ...], port: int, opened: bool) -> None:
     token = ""
     if photos:
         with progress("Reading the photos"):
-            token = sessions.begin_with([read_photo(path) for path in photos])
+            token = sessions.begin([read_photo(path) for path in photos])
 
     def ready(address: str) -> None:
         address += f"#{token}" if token else ""
@@ -52,7 +52,7 @@ def studio(photos: tuple[str, ...], port: int, opened: bool) -> None:
     "names",
     multiple=True,
     metavar="NAME",
-    help="Name by which it may be called, besides localhost; may be given several times.",
+    help="Host name that clients may use, besides localhost; may be given several times.",
 )
 @click.option("--page/--no-page", default=False, show_default=True, help="Show the page as well.")
 def serve(host: str, port: int, names: tuple[str, ...], page: bool) -> None:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def exit_code_of(command: Callable[[], int | None]) -> int:
-    """Run a command; tell what went wrong in one line, and return the exit code."""
+    """Run a command; print what went wrong in one line, and return the exit code."""
     try:
         return command() or 0
     except click.ClickException as error:
@@ -39,7 +39,7 @@ def exit_code_of(command: Callable[[], int | None]) -> int:
     except MemoryError:
         return _failed("not enough memory for photos of this size; try smaller ones")
     except BrokenPipeError:
-        # Whoever read us has gone. Nothing is left to say, also not when Python flushes stdout at its end.
+        # Nobody reads our output any more: write nothing, also not when Python flushes stdout at its end.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
 
@@ -74,31 +74,15 @@ def progress(step: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def solving(step: str) -> Iterator[None]:
-    """Show that a solver is at work, and on its first use ever, why it takes longer."""
+    """Show that a solver is running, and on its first use ever, why it takes longer."""
     from relit.runtime.jit import announcing
 
-    with progress(step), announcing(_tell_of_compiling):
+    def tell() -> None:
+        if sys.stderr.isatty():
+            click.echo("relit: compiling the solver, which takes some seconds on its first use", err=True)
+
+    with progress(step), announcing(tell):
         yield
-
-
-def _tell_of_compiling() -> None:
-    if sys.stderr.isatty():
-        click.echo("relit: compiling the solver, which takes some seconds on its first use", err=True)
-
-
-@contextlib.contextmanager
-def counted(step: str, total: int) -> Iterator[Callable[[], None]]:
-    """Show how much of a long step is done, on a terminal only; what is lent counts one on."""
-    if not sys.stderr.isatty():
-        yield lambda: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn(step), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(step, total=total)
-        yield lambda: bar.advance(task)
 
 
 def report(as_json: bool, **facts: Any) -> None:
@@ -119,15 +103,10 @@ def report(as_json: bool, **facts: Any) -> None:
 
 def show_timings(seconds: Mapping[str, float]) -> None:
     """Print how long each stage took, and all of them."""
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
-    table.add_column()
-    table.add_column(justify="right")
-    for stage, taken in (*seconds.items(), ("in all", sum(seconds.values()))):
-        table.add_row(stage, f"{taken:.2f} s")
-    Console(stderr=True).print(table)
+    rows = {**seconds, "in all": sum(seconds.values())}
+    width = max(map(len, rows))
+    for stage, taken in rows.items():
+        click.echo(f"{stage:{width}} {taken:8.2f} s", err=True)
 
 
 def warn_of_folds(folded: float) -> None:
@@ -169,9 +148,19 @@ class Source(NamedTuple):
     face: int | None
     known: Landmarks | None = None
 
+    @classmethod
+    def of(cls, given: dict[str, Any], argument: str, path: str) -> Source:
+        """Take the options of `options.face_options` for a photo out of those that a command was given."""
+        return cls(argument, path, given.pop(f"{argument}_landmarks"), given.pop(f"{argument}_face"))
+
+    @property
+    def face_is_given(self) -> bool:
+        """Whether an option says where the face is."""
+        return self.landmarks is not None or self.face is not None
+
     def knowing(self, landmarks: Landmarks | None) -> Source:
-        """Return the same with landmarks that count where no others are given."""
-        return self if self.landmarks is not None or self.face is not None else self._replace(known=landmarks)
+        """Return the same with landmarks that count where no option says where the face is."""
+        return self if self.face_is_given else self._replace(known=landmarks)
 
     def face_in(self, photo: Photo) -> Landmarks:
         """Read the landmarks, or find them."""
@@ -179,31 +168,22 @@ class Source(NamedTuple):
         from relit.face.landmark_files import read_landmarks
         from relit.face.landmarks import check_inside
 
-        if self.landmarks is not None:
-            found = read_landmarks(self.landmarks, face=self.face)
-            check_inside(found, photo.pixels.shape, f"{self.argument}_landmarks")
-            return found
-        if self.known is not None:
-            check_inside(self.known, photo.pixels.shape, f"{self.argument}_landmarks")
-            return self.known
-        return detect_landmarks(photo.pixels, face=self.face or 0, name=self.argument)
+        found = self.known if self.landmarks is None else read_landmarks(self.landmarks, face=self.face)
+        if found is None:
+            return detect_landmarks(photo.pixels, face=self.face or 0, name=self.argument)
+        check_inside(found, photo.pixels.shape, f"{self.argument}_landmarks")
+        return found
 
 
 class PictureFolder:
-    """A folder for several pictures; refused before any work goes into them.
+    """A folder for pictures of some names, refused before any work goes into them.
 
-    Parameters
-    ----------
-    path : str
-        The folder. It is made when pictures are saved, if its parent exists.
-    names : sequence of str
-        File names that it may get.
-    force : bool
-        Whether files that exist may be replaced.
+    It is made when pictures are saved, if its parent exists. `output` is another file that is written, which
+    must not be one of the pictures.
     """
 
-    def __init__(self, path: str, names: Sequence[str], force: bool) -> None:
-        self.path, self.names, self.force = Path(path), names, force
+    def __init__(self, path: str, names: Sequence[str], force: bool, output: str = "-") -> None:
+        self.path, self.force = Path(path), force
         self._was_there = self.path.is_dir()
         if self._was_there:
             for name in names:
@@ -212,11 +192,8 @@ class PictureFolder:
             raise OutputError(f"{path}: is not a folder; choose another name")
         else:
             check_free(self.path)
-
-    def check_apart(self, output: str) -> None:
-        """Refuse an output that would be one of the pictures too."""
-        if output != "-" and Path(output).resolve() in [(self.path / name).resolve() for name in self.names]:
-            raise OutputError(f"{output}: is one of the pictures in {self.path} as well; choose another name")
+        if output != "-" and Path(output).resolve() in [(self.path / name).resolve() for name in names]:
+            raise OutputError(f"{output}: is one of the pictures in {path} as well; choose another name")
 
     def save(self, pictures: dict[str, NDArray[Any]]) -> list[str]:
         """Write the pictures and return their paths; a folder that got none is not left behind."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, replace
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -28,8 +29,10 @@ from relit.cli.terminal import (
     warn_of_folds,
 )
 from relit.errors import ImageError
+from relit.photo.photo import read_image
 from relit.runtime.timing import Stopwatch
-from relit.settings_file import read_settings
+from relit.settings.options import TransferOptions
+from relit.settings_file import Settings, read_settings
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -57,7 +60,7 @@ if TYPE_CHECKING:
 @click.option(
     "--config",
     metavar="FILE",
-    help="Settings that the studio saved: options and landmarks. What is given besides counts more.",
+    help="Settings that the studio saved: options and landmarks. Options given here take precedence.",
 )
 @click.option(
     "--region-mask",
@@ -68,7 +71,7 @@ if TYPE_CHECKING:
 @click.option(
     "--sheet",
     metavar="PICTURE",
-    help="Also draw target, reference and result side by side, halves before and after, and their light.",
+    help="Also draw target, reference and result side by side, half before and half after, and their light.",
 )
 @click.option("--timings", is_flag=True, help="Show on stderr how long each stage took.")
 @force_option
@@ -77,15 +80,9 @@ def transfer(
     target: str,
     references: tuple[str, ...],
     output: str,
-    target_landmarks: str | None,
-    target_face: int | None,
     all_faces: bool,
-    reference_landmarks: tuple[str, ...],
-    reference_face: tuple[int, ...],
     swap: bool,
     second_reference: str | None,
-    second_landmarks: str | None,
-    second_face: int | None,
     config: str | None,
     region_mask: str | None,
     stages: str | None,
@@ -97,94 +94,71 @@ def transfer(
 ) -> None:
     """Relight the face in TARGET with the light of the face in REFERENCE.
 
-    TARGET and REFERENCE are photos; one of them may be - for stdin. Of several REFERENCEs, what most of them
-    do counts. With --light there is none.
+    TARGET and REFERENCE are photos; one of them may be - for stdin. Of several REFERENCEs, the median of the
+    changes of light counts. With --light there is none.
     """
-    saved_settings = read_settings(config) if config else None
-    settings = settings_of(given, saved_settings.options if saved_settings else None)
     check_streams(output, as_json, target, *references, second_reference or "")
-    sources = _sources("reference", references, reference_landmarks, reference_face)
-    source = Source("target", target, target_landmarks, target_face)
-    if saved_settings:
-        source = source.knowing(saved_settings.target)
-        sources = [one.knowing(saved_settings.reference) for one in sources[:1]] + sources[1:]
-    if swap:
-        if len(sources) != 1:
-            raise click.UsageError("--swap takes one REFERENCE.")
-        source, sources = sources[0], [source]
-    if (settings.light is None) == (not sources):
+    saved = read_settings(config) if config else Settings(TransferOptions())
+    ours, *theirs = _sources(given, target, references, saved, swap=swap)
+    second = Source.of(given, "second", second_reference or "")
+    settings = settings_of(given, saved.options)
+    if (settings.light is None) == (not theirs):
         raise click.UsageError("Give a REFERENCE, or --light, and not both.")
-    if second_reference is None and (second_landmarks is not None or second_face is not None):
+    if second.face_is_given and not second.path:
         raise click.UsageError("--second-landmarks and --second-face belong to a --second-reference.")
-    if all_faces and (target_face is not None or target_landmarks is not None or stages or sheet):
+    if all_faces and (ours.face_is_given or stages or sheet):
         raise click.UsageError("--all-faces goes with no --face, --target-landmarks, --stages or --sheet.")
 
-    from relit.face.detect import detect_faces
-    from relit.figures import STAGES, comparison_sheet, contact_sheet, stage_pictures
-    from relit.photo.photo import check_destination, read_image, write_image
-    from relit.relighting import transfer as run
-    from relit.runtime.threads import pool
+    from relit.figures import STAGES, comparison_sheet
+    from relit.photo.photo import check_destination, write_image
 
     folder = None
     if stages is not None:
-        folder = PictureFolder(stages, [f"{name}.png" for name in (*STAGES, "sheet")], force)
-        folder.check_apart(output)
+        folder = PictureFolder(stages, [f"{name}.png" for name in (*STAGES, "sheet")], force, output)
     if sheet is not None:
         check_streams(sheet, as_json)
         check_destination(sheet, overwrite=force)
     watch = Stopwatch()
     with progress("Reading the photos"), watch("read"):
         # One by one: a file that never ends can be interrupted here, but not in a thread.
-        photo, *lights = [read_photo(one.path) for one in (source, *sources)]
-        second = read_photo(second_reference) if second_reference else None
-        area = _lightness(read_image(region_mask), region_mask) if region_mask else None
+        photo, *others = [read_photo(source.path) for source in (ours, *theirs)]
+        beside = read_photo(second.path) if second.path else None
+        area = _read_mask(region_mask) if region_mask else None
     check_destination(output, like=photo, overwrite=force)
     with progress("Finding the faces"), watch("find the faces"):
-        faces = detect_faces(photo.pixels, name="target") if all_faces else []
-        with pool(2) as at_once:
-            sitters = [*([] if faces else [(source, photo)]), *zip(sources, lights, strict=True)]
-            there = at_once(lambda sitter: sitter[0].face_in(sitter[1]), sitters)
-        faces = faces or [there.pop(0)]
-        beside = None
-        if second:
-            beside = Source("second", second_reference or "", second_landmarks, second_face).face_in(second)
-    results: list[TransferResult] = []
-    for here in faces:
-        with solving("Relighting"):
-            results.append(
-                run(
-                    replace(photo, pixels=results[-1].image) if results else photo,
-                    lights,
-                    target_landmarks=here,
-                    reference_landmarks=there,
-                    second_reference=second,
-                    second_landmarks=beside,
-                    region_mask=area,
-                    options=settings,
-                )
-            )
-        for stage, seconds in results[-1].seconds.items():
-            watch.add(stage, seconds)
+        faces, there = _find_faces([(ours, photo), *zip(theirs, others, strict=True)], all_faces=all_faces)
+        marks = second.face_in(beside) if beside else None
+    results = _relight_each(
+        photo,
+        faces,
+        watch,
+        reference=others,
+        reference_landmarks=there,
+        second_reference=beside,
+        second_landmarks=marks,
+        region_mask=area,
+        options=settings,
+    )
     result = results[-1]
     folded = max((one.alignment.folded for one in result.lightings if one.alignment), default=0.0)
     warn_of_folds(folded)
     with progress("Writing"), watch("write"):
-        pictures: dict[str, NDArray[Any]] = stage_pictures(result) if folder else {}
-        if folder:
-            pictures["sheet"] = contact_sheet(result, pictures)
+        pictures = _stage_files(result) if folder else {}
         write_image(output, result.image, like=photo, overwrite=force)
         if sheet is not None:
             write_image(sheet, comparison_sheet(result), overwrite=force)
-        saved = folder.save({f"{name}.png": picture for name, picture in pictures.items()}) if folder else []
+        written = folder.save(pictures) if folder else []
     if timings:
         show_timings(watch.seconds)
-    facts = _facts(source, photo, faces, sources, lights, there)
+    triples = zip(theirs, others, there, strict=True)
+    described = [about(source.path, other, face) for source, other, face in triples]
     report(
         as_json,
         output=output,
         sheet=sheet,
-        stages=saved,
-        **facts,
+        stages=written,
+        target=_alone([about(ours.path, photo, face) for face in faces]),
+        reference=_alone(described),
         lambda_px=result.lam,
         factor=result.view.factor,
         folded=folded,
@@ -195,42 +169,73 @@ def transfer(
 
 
 def _sources(
-    role: str, paths: tuple[str, ...], landmarks: tuple[str, ...], faces: tuple[int, ...]
+    given: dict[str, Any], target: str, references: tuple[str, ...], saved: Settings, *, swap: bool
 ) -> list[Source]:
-    """Pair photos with what says where their faces are, in the order given."""
+    """Return the target, then the references, each with the options that say where its face is."""
+    landmarks, faces = given.pop("reference_landmarks"), given.pop("reference_face")
     for flag, values in (("landmarks", landmarks), ("face", faces)):
-        if len(values) not in (0, len(paths)):
+        if len(values) not in (0, len(references)):
             raise click.UsageError(
-                f"--{role}-{flag} was given {len(values)} times for {len(paths)} photos; give it once for "
-                "each, in their order, or not at all."
+                f"--reference-{flag} was given {len(values)} times for {len(references)} photos; give it "
+                "once for each, in their order, or not at all."
             )
-    return [
-        Source(role, path, landmarks[k] if landmarks else None, faces[k] if faces else None)
-        for k, path in enumerate(paths)
-    ]
+    each = zip_longest(references, landmarks, faces)
+    sources = [Source.of(given, "target", target), *(Source("reference", *one) for one in each)]
+    sources[:2] = [source.knowing(getattr(saved, source.argument)) for source in sources[:2]]
+    if swap and len(references) != 1:
+        raise click.UsageError("--swap takes one REFERENCE.")
+    return sources[::-1] if swap else sources
 
 
-def _lightness(mask: Photo, path: str) -> NDArray[Any]:
-    """Return a mask that was read, which may have been saved with colours."""
-    if mask.pixels.ndim == 3 and (mask.pixels != mask.pixels[..., :1]).any():
+def _read_mask(path: str) -> NDArray[Any]:
+    """Return the lightness of a mask, which may have been saved with colours."""
+    pixels = read_image(path).pixels
+    if pixels.ndim == 2:
+        return pixels
+    if (pixels != pixels[..., :1]).any():
         raise ImageError(f"{path}: expected a grey picture as --region-mask, found colours; save it in grey")
-    return mask.pixels if mask.pixels.ndim == 2 else mask.pixels[..., 0].copy()
+    return pixels[..., 0].copy()
 
 
-def _facts(
-    source: Source,
-    photo: Photo,
-    faces: list[Landmarks],
-    sources: list[Source],
-    lights: list[Photo],
-    there: list[Landmarks],
-) -> dict[str, Any]:
-    """Return what a report says of the photos: of one reference itself, of several a list."""
-    references = [
-        about(one.path, light, marks) for one, light, marks in zip(sources, lights, there, strict=True)
-    ]
-    targets = [about(source.path, photo, face) for face in faces]
-    return {
-        "target": targets[0] if len(targets) == 1 else targets,
-        "reference": references[0] if len(references) == 1 else references,
-    }
+def _find_faces(
+    photos: list[tuple[Source, Photo]], *, all_faces: bool
+) -> tuple[list[Landmarks], list[Landmarks]]:
+    """Return the faces to relight in the target, which comes first, and the one in each reference."""
+    from relit.face.detect import detect_faces
+    from relit.runtime.threads import pool
+
+    (_, target), *references = photos
+    faces = detect_faces(target.pixels, name="target") if all_faces else []
+    with pool(2) as at_once:  # looks at the target again where it has none, to say what to do then
+        found = at_once(lambda pair: pair[0].face_in(pair[1]), references if faces else photos)
+    return (faces, found) if faces else (found[:1], found[1:])
+
+
+def _relight_each(
+    photo: Photo, faces: list[Landmarks], watch: Stopwatch, **given: Any
+) -> list[TransferResult]:
+    """Relight one face after the other, each in what came of those before."""
+    from relit.relighting import transfer as relight
+
+    results: list[TransferResult] = []
+    for face in faces:
+        with solving("Relighting"):
+            results.append(relight(photo, target_landmarks=face, **given))
+        photo = replace(photo, pixels=results[-1].image)
+        for stage, seconds in results[-1].seconds.items():
+            watch.add(stage, seconds)
+    return results
+
+
+def _stage_files(result: TransferResult) -> dict[str, NDArray[Any]]:
+    """Return the pictures of all stages by the names of their files."""
+    from relit.figures import contact_sheet, stage_pictures
+
+    pictures = stage_pictures(result)
+    sheet = contact_sheet(result, pictures)
+    return {f"{name}.png": picture for name, picture in (pictures | {"sheet": sheet}).items()}
+
+
+def _alone(values: list[Any]) -> Any:
+    """Return the one value itself, of several a list."""
+    return values[0] if len(values) == 1 else values

@@ -19,7 +19,7 @@ class Case:
     Attributes
     ----------
     pair : str
-        Who lends light to whom; cases of one pair are not independent of one another.
+        Target and reference by name; cases of one pair are not independent of one another.
     group : str
         What the case is summed up with, such as the subset of its light.
     target, reference, truth : tuple
@@ -54,9 +54,10 @@ def protocol_cases(path: Path, chosen: str) -> list[Case]:
     """
     names = dict.fromkeys(("set", "target", "reference"), str)
     angles = dict.fromkeys(("target_azimuth", "target_elevation", "azimuth", "elevation"), int)
-    rows = read_table(path, {**names, **angles})
-    if not any(row["set"] == chosen for row in rows):
-        sets = ", ".join(sorted({row["set"] for row in rows}))
+    table = read_table(path, {**names, **angles})
+    rows = [row for row in table if row["set"] == chosen]
+    if not rows:
+        sets = ", ".join(sorted({row["set"] for row in table}))
         raise OptionError(f"--set: {path} has no set {chosen!r}; expected one of {sets}")
     return [
         _yale_case(
@@ -64,14 +65,13 @@ def protocol_cases(path: Path, chosen: str) -> list[Case]:
             (row["reference"], Light(row["azimuth"], row["elevation"])),
         )
         for row in rows
-        if row["set"] == chosen
     ]
 
 
 def _yale_case(target: tuple[str, Light], reference: tuple[str, Light]) -> Case:
-    (subject, own), (other, light) = target, reference
+    (ours, own), (theirs, light) = target, reference
     return Case(
-        f"{subject} < {other}", f"subset {light.subset}", target, reference, (subject, light), (other, own)
+        f"{ours} < {theirs}", f"subset {light.subset}", target, reference, (ours, light), (theirs, own)
     )
 
 

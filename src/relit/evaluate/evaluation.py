@@ -9,29 +9,26 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass
 from functools import lru_cache, partial
+from itertools import product
 from multiprocessing import get_context
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from relit.errors import RelitError
 from relit.evaluate.cases import Case
 from relit.evaluate.scores import Scores, score
-from relit.evaluate.yale_b import Light, YaleB
+from relit.evaluate.yale_b import Light, YaleB, pixels_of
 from relit.face.detect import detect_landmarks
+from relit.face.landmarks import Landmarks
 from relit.photo.color import luma
-from relit.photo.photo import read_image
 from relit.photo.pixels import to_unit
 from relit.relighting import transfer
 from relit.settings.methods import WITH_SECOND_REFERENCE
 from relit.settings.options import TransferOptions
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from relit.face.landmarks import Landmarks
 
 #: What costs nothing and must be beaten: the target as it is, and the reference laid over it.
 BASELINES = ("noop", "refcopy")
@@ -62,29 +59,21 @@ class Images:
 class _Files:
     """Photos by their paths, read as a Yale B folder is."""
 
-    def photo(self, path: Path) -> NDArray[Any]:
-        return _opened(path)
+    photo = staticmethod(pixels_of)
 
-    def landmarks(self, path: Path) -> Landmarks:
-        return _detected(path)
+    @staticmethod
+    @lru_cache(maxsize=64)
+    def landmarks(path: Path) -> Landmarks:
+        return detect_landmarks(pixels_of(path), name=str(path))
 
-    def aligned(self, image: NDArray[np.float64], path: Path) -> NDArray[np.float64]:  # noqa: ARG002
+    @staticmethod
+    def aligned(image: NDArray[np.float64], _path: Path) -> NDArray[np.float64]:
         return image
 
 
-@lru_cache(maxsize=64)
-def _opened(path: Path) -> NDArray[Any]:
-    return read_image(path).pixels
-
-
-@lru_cache(maxsize=64)
-def _detected(path: Path) -> Landmarks:
-    return detect_landmarks(_opened(path), name=str(path))
-
-
 @lru_cache(maxsize=1)
-def _yale_b(folder: Path) -> YaleB:
-    return YaleB(folder)
+def _photos_of(folder: Path | None) -> _Files | YaleB:
+    return _Files() if folder is None else YaleB(folder)
 
 
 def images_of(
@@ -99,42 +88,39 @@ def images_of(
     OptionError
         If a method takes a second reference and the case has none.
     """
-    source = _Files() if folder is None else _yale_b(folder)
-    target, reference = source.photo(*case.target), source.photo(*case.reference)
-    truth = source.aligned(_in_grey_levels(source.photo(*case.truth)), *case.truth)
+    photos = _photos_of(folder)
+    target, reference = photos.photo(*case.target), photos.photo(*case.reference)
+    truth = photos.aligned(_levels(photos.photo(*case.truth)), *case.truth)
 
-    def place(image: NDArray[Any]) -> NDArray[Any]:
-        return _with_channels_of(truth, source.aligned(_in_grey_levels(image), *case.target))
+    def beside_truth(image: NDArray[Any]) -> NDArray[Any]:
+        return photos.aligned(_levels(image, truth.ndim), *case.target)
 
-    relit, seconds = {"noop": place(target)}, dict.fromkeys(BASELINES, 0.0)
+    relit, seconds = {"noop": beside_truth(target)}, dict.fromkeys(BASELINES, 0.0)
     for name, options in methods.items():
         second: dict[str, Any] = {}
         if options.method in WITH_SECOND_REFERENCE and case.second_reference:
-            second["second_reference"] = source.photo(*case.second_reference)
-            second["second_landmarks"] = source.landmarks(*case.second_reference)
+            second["second_reference"] = photos.photo(*case.second_reference)
+            second["second_landmarks"] = photos.landmarks(*case.second_reference)
         start = time.perf_counter()
         result = transfer(
             target,
             reference,
-            target_landmarks=source.landmarks(*case.target),
-            reference_landmarks=source.landmarks(*case.reference),
+            target_landmarks=photos.landmarks(*case.target),
+            reference_landmarks=photos.landmarks(*case.reference),
             options=options.changed(mask=False),
             **second,
         )
         seconds[name] = time.perf_counter() - start
-        relit |= {"refcopy": place(result.first.warped), name: place(result.image)}
-    shown = _with_channels_of(truth, _in_grey_levels(reference))
-    return Images(relit["noop"], shown, truth, relit), seconds
+        relit |= {"refcopy": beside_truth(result.first.warped), name: beside_truth(result.image)}
+    return Images(relit["noop"], _levels(reference, truth.ndim), truth, relit), seconds
 
 
-def _in_grey_levels(image: NDArray[Any]) -> NDArray[np.float64]:
-    return to_unit(image).astype(np.float64) * 255
-
-
-def _with_channels_of(truth: NDArray[Any], image: NDArray[Any]) -> NDArray[Any]:
-    if image.ndim == truth.ndim:
-        return image
-    return luma(image) if truth.ndim == 2 else np.repeat(image[..., None], 3, axis=2)
+def _levels(image: NDArray[Any], ndim: int | None = None) -> NDArray[np.float64]:
+    """Return an image in grey levels of 255, grey or in colour as it has so many dimensions."""
+    levels = to_unit(image).astype(np.float64) * 255
+    if ndim in (None, levels.ndim):
+        return levels
+    return luma(levels) if ndim == 2 else np.repeat(levels[..., None], 3, axis=2)
 
 
 def _outcomes(case: Case, methods: Mapping[str, TransferOptions], folder: Path | None) -> list[Outcome]:
@@ -170,13 +156,13 @@ def evaluate(
     RelitError
         If a photo cannot be used, or a process dies.
     """
-    work = partial(_outcomes, methods=methods, folder=folder)
+    outcomes_of = partial(_outcomes, methods=methods, folder=folder)
     if jobs == 1:
-        yield from map(work, cases)
+        yield from map(outcomes_of, cases)
         return
     # Forking a process that has threads can hang it.
     with ProcessPoolExecutor(jobs, get_context("spawn"), _prepare_process) as pool:
-        futures = [pool.submit(work, case) for case in cases]
+        futures = [pool.submit(outcomes_of, case) for case in cases]
         try:
             for done in as_completed(futures):
                 yield done.result()
@@ -196,12 +182,12 @@ def _prepare_process() -> None:
 
 @dataclass(frozen=True)
 class Summary:
-    """The mean of a figure, with the bounds of its 95 % confidence interval over pairs.
+    """The mean of a score, with the bounds of its 95 % confidence interval over pairs.
 
     Attributes
     ----------
     method, group, figure : str
-        Of what: the group is ``all`` or one of the cases' groups.
+        Of what: the group is ``all`` or one of the cases' groups, the figure one of `Scores`.
     mean, low, high : float
     cases, pairs : int
         How many it is over.
@@ -227,17 +213,14 @@ def summaries(outcomes: Iterable[Outcome]) -> list[Summary]:
     groups = sorted({outcome.case.group for outcome in outcomes} - {"all"})
     methods = sorted({outcome.method for outcome in outcomes}, key=lambda m: (m not in BASELINES, m))
     result = []
-    for group in ("all", *groups):
-        for method in methods:
-            chosen = [o for o in outcomes if o.method == method and group in ("all", o.case.group)]
-            pairs = sorted({outcome.case.pair for outcome in chosen})
-            index = np.array([pairs.index(outcome.case.pair) for outcome in chosen])
-            for figure in Scores.__dataclass_fields__:
-                values = np.array([getattr(outcome.scores, figure) for outcome in chosen])
-                low, high = _interval(values, index, len(pairs))
-                result.append(
-                    Summary(method, group, figure, float(values.mean()), low, high, len(chosen), len(pairs))
-                )
+    for group, method in product(("all", *groups), methods):
+        chosen = [one for one in outcomes if one.method == method and group in ("all", one.case.group)]
+        names, pair = np.unique([one.case.pair for one in chosen], return_inverse=True)
+        for figure in Scores.__dataclass_fields__:
+            values = np.array([getattr(one.scores, figure) for one in chosen])
+            low, high = _interval(values, pair, len(names))
+            mean = float(values.mean())
+            result.append(Summary(method, group, figure, mean, low, high, len(chosen), len(names)))
     return result
 
 
@@ -245,21 +228,20 @@ def _interval(values: NDArray[np.float64], pair: NDArray[np.int64], pairs: int) 
     sums, counts = np.bincount(pair, values, pairs), np.bincount(pair, minlength=pairs)
     drawn = np.random.default_rng(0).integers(0, pairs, (_DRAWS, pairs))
     means = sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1)
-    low, high = np.percentile(means, [2.5, 97.5])
-    return float(low), float(high)
+    low, high = np.percentile(means, [2.5, 97.5]).tolist()
+    return low, high
 
 
 def as_record(outcome: Outcome) -> dict[str, Any]:
     """Return an outcome as the row of a table."""
+
+    def name(part: Any) -> str:
+        return f"{part.azimuth:+04d}{part.elevation:+03d}" if isinstance(part, Light) else str(part)
+
     case = outcome.case
-    names = {
-        role: " ".join(
-            str(part) if not isinstance(part, Light) else "{:+04d}{:+03d}".format(*part) for part in where
-        )
-        for role, where in (("target", case.target), ("reference", case.reference), ("truth", case.truth))
-    }
+    photos = {"target": case.target, "reference": case.reference, "truth": case.truth}
     return {
-        **names,
+        **{role: " ".join(map(name, where)) for role, where in photos.items()},
         "group": case.group,
         "method": outcome.method,
         **asdict(outcome.scores),

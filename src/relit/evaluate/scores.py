@@ -20,17 +20,17 @@ _K1, _K2 = 0.01, 0.03
 
 @dataclass(frozen=True)
 class Scores:
-    """Figures of one relit image.
+    """Scores of one relit image.
 
     Attributes
     ----------
     raw : float
-        Mean absolute error in % of the range of values: the figure of the paper.
+        Mean absolute error in % of the range of values: the paper's own score.
     gain : float
         The same after the one gain that fits best in least squares: the strength of a flash cannot be known
-        from one reference, and the raw figure mixes it in.
+        from one reference, and the raw error mixes it in.
     ssim : float
-        Structural similarity after that gain, up to 1: whether it still is this person.
+        Structural similarity after that gain, up to 1: whether it is still this person.
     identity : float
         By how much the features of the image correlate more with those of the truth than with those of the
         reference: below 0 it is rather the other person. Features are v of the LTV model.
@@ -80,8 +80,8 @@ def score(
     """
     if image.shape != truth.shape:
         raise ImageError(f"image: expected the shape of the truth, {truth.shape}, got {image.shape}")
-    if min(image.shape[:2]) < 2 * border + _WINDOW:
-        least = 2 * border + _WINDOW
+    least = 2 * border + _WINDOW
+    if min(image.shape[:2]) < least:
         raise ImageError(
             f"image: expected sides of {least} px or more, got {image.shape}; use a smaller border"
         )
@@ -98,25 +98,13 @@ def score(
     )
 
 
-def likeness(a: NDArray[Any], b: NDArray[Any], peak: float) -> float:
-    """Return the correlation of the features of two images, whatever their light; 0 where one has none.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> face = np.random.default_rng(0).integers(20, 100, (32, 32))
-    >>> round(likeness(face, 2 * face, 255), 6)
-    1.0
-    """
-    return _correlation(_features(a, peak), _features(b, peak))
-
-
 def _features(image: NDArray[Any], peak: float) -> NDArray[np.float64]:
     levels = np.asarray(np.clip(np.rint(image / peak * 255), 0, 255), np.uint8)
     return np.log(normalize(levels))
 
 
 def _correlation(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+    """Return the correlation of two images' features; 0 where one has none."""
     spread = float(a.std()), float(b.std())
     if min(spread) < 1e-6:
         return 0.0
@@ -139,13 +127,11 @@ def structural_similarity(a: NDArray[np.float64], b: NDArray[np.float64], peak: 
     1.0
     """
     size = (_WINDOW, _WINDOW) + (1,) * (a.ndim - 2)
-    samples = _WINDOW**2
-    unbiased = samples / (samples - 1)
+    inside = slice(_WINDOW // 2, -(_WINDOW // 2))  # of windows, only those that lie in the image count
+    unbiased = _WINDOW**2 / (_WINDOW**2 - 1)
 
     def local(image: NDArray[np.float64]) -> NDArray[np.float64]:
-        # Only windows that lie inside count.
-        half = _WINDOW // 2
-        return np.asarray(uniform_filter(image, size))[half:-half, half:-half]
+        return np.asarray(uniform_filter(image, size))[inside, inside]
 
     mean_a, mean_b = local(a), local(b)
     var_a = unbiased * (local(a * a) - mean_a**2)

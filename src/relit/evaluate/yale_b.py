@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 class Light(NamedTuple):
-    """Where a light stands, in degrees: to the left half of the image where the azimuth is positive."""
+    """Where a flash stands, in degrees: to the left half of the image where the azimuth is positive."""
 
     azimuth: int
     elevation: int
@@ -50,7 +50,7 @@ class Light(NamedTuple):
     def subset(self) -> int:
         """The usual subset by angle: 1 up to 12°, 2 up to 25°, 3 up to 52°, 4 up to 77°, 5 beyond.
 
-        The third is said to end at 50°, but the lists that everybody uses have 35° by 40° in it.
+        The third is said to end at 50°, but the lists in common use have 35° by 40° in it, which is 51°.
 
         Examples
         --------
@@ -104,8 +104,7 @@ class YaleB:
     def photo(self, subject: str, light: Light) -> NDArray[Any]:
         """Return one image, (192, 168), as it was taken."""
         azimuth, elevation = light
-        name = f"{subject}_P00A{azimuth:+04d}E{elevation:+03d}.pgm"
-        return _pixels(self.folder / subject / name)
+        return pixels_of(self.folder / subject / f"{subject}_P00A{azimuth:+04d}E{elevation:+03d}.pgm")
 
     def offset(self, subject: str, light: Light) -> tuple[float, float]:
         """Return (dy, dx) in px of an image's content against that of the subject's frontal image."""
@@ -150,8 +149,9 @@ class YaleB:
             ) from error
 
 
-@lru_cache(maxsize=512)
-def _pixels(path: Path) -> NDArray[Any]:
+@lru_cache(maxsize=64)
+def pixels_of(path: Path) -> NDArray[Any]:
+    """Return the pixels of a photo, kept for the next cases that take it."""
     return read_image(path).pixels
 
 
@@ -178,19 +178,17 @@ def read_table(path: Path, columns: Mapping[str, type]) -> list[dict[str, Any]]:
     for column in columns:
         if column not in (table.fieldnames or ()):
             raise OptionError(f"{path}: expected the columns {', '.join(columns)}; {column} is missing")
-    rows: list[dict[str, Any]] = []
-    for row in table:
-        values: dict[str, Any] = dict(row)
+    rows: list[dict[str, Any]] = list(table)
+    if not rows:
+        raise OptionError(f"{path}: has no rows; give one for each transfer or image")
+    for number, row in enumerate(rows, 1):
         for column, kind in columns.items():
             try:
                 if not row[column]:
                     raise ValueError
-                values[column] = kind(row[column])
+                row[column] = kind(row[column])
             except ValueError:
                 raise OptionError(
-                    f"{path}: {column} of row {len(rows) + 1}: expected {_WORDS[kind]}, got {row[column]!r}"
+                    f"{path}: {column} of row {number}: expected {_WORDS[kind]}, got {row[column]!r}"
                 ) from None
-        rows.append(values)
-    if not rows:
-        raise OptionError(f"{path}: has no rows; give one for each transfer or image")
     return rows

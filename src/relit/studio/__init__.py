@@ -1,1 +1,1 @@
-"""The studio: a local web page to relight by hand and eye, and the HTTP API under it."""
+"""The studio: a local web page to relight interactively, and the HTTP API under it."""

@@ -3,228 +3,222 @@
 from __future__ import annotations
 
 import io
-from dataclasses import fields
+from concurrent.futures import ThreadPoolExecutor
 from typing import Annotated
 
-import fastapi
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import APIRouter, Depends, Path, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 
 from relit._version import VERSION
+from relit.errors import LandmarkError
 from relit.face.detect import detect_landmarks
 from relit.face.landmark_files import FORMATS as LANDMARK_FORMATS
-from relit.face.landmark_files import landmarks_as_bytes
+from relit.face.landmark_files import landmarks_as_bytes, landmarks_from
+from relit.face.landmarks import Landmarks, check_inside
+from relit.photo.photo import read_image
+from relit.photo.pixels import check_pixels
 from relit.photo.samples import sample
-from relit.results import TransferResult
 from relit.settings.options import TransferOptions
 from relit.settings_file import as_points
-from relit.studio.exports import exported
-from relit.studio.models import (
-    Begun,
-    ExportRequest,
-    Limits,
-    Marks,
-    Offer,
-    Option,
-    Pair,
-    PhotoFacts,
-    Points,
-    RenderRequest,
-    Role,
-    Seats,
-    Suffix,
-)
-from relit.studio.pictures import jpeg, preview_of, rendered, views_of
-from relit.studio.schema import FILE, VIEW_HEADERS, described, links, sent
-from relit.studio.sessions import EXPIRES, ROLES, Sessions, StudioError
-from relit.studio.work import place, place_from, take, worked
+from relit.studio import models
+from relit.studio.pictures import exported, jpeg, preview_of, rendered, views_of, window_of
+from relit.studio.schema import FILE, NAMED, VIEW_HEADERS, described, links, sends
+from relit.studio.sessions import EXPIRES, ROLES, Portrait, Session, Sessions, StudioError
 
-Token = Annotated[str, fastapi.Path(pattern="^[A-Za-z0-9_-]{1,100}$")]
+#: Computations, two at once over all sessions: more would only be slower, and the models that find faces are
+#: in memory once for each thread.
+_WORKERS = ThreadPoolExecutor(2, "relit")
+
+Token = Annotated[str, Path(pattern="^[A-Za-z0-9_-]{1,100}$")]
 Side = Annotated[int, Query(ge=64, le=4096)]
+Suffix = Annotated[models.Suffix, Query(alias="format")]
 
 
-def routes(sessions: Sessions, most_pixels: int, most_bytes: int) -> APIRouter:
-    """Return the API on a store of sessions."""
-    api = APIRouter(prefix="/api/v1", responses=described(403, 408, 413, 429))
+async def _store(request: Request) -> Sessions:
+    return request.app.state.sessions  # type: ignore[no-any-return]
 
-    @api.get("/options")
-    def options() -> Offer:
-        """Describe every option of a transfer."""
-        return Offer(
-            options=[Option.of(option) for option in fields(TransferOptions)],
-            landmark_formats=list(LANDMARK_FORMATS),
-            limits=Limits(bytes=most_bytes, pixels=most_pixels),
-            version=VERSION,
-        )
 
-    @api.post(
-        "/sessions",
-        status_code=201,
-        responses=links(201, "$response.body#/session", "about", "samples", "put_photo", "end"),
+async def _session(request: Request, session: Token) -> Session:
+    return (await _store(request)).get(session)
+
+
+async def _portrait(request: Request, session: Token, role: models.Role) -> Portrait:
+    return (await _session(request, session)).portrait(role)
+
+
+Store = Annotated[Sessions, Depends(_store)]
+ThisSession = Annotated[Session, Depends(_session)]
+ThisPortrait = Annotated[Portrait, Depends(_portrait)]
+
+api = APIRouter(prefix="/api/v1", responses=described(403, 408, 413, 429))
+#: What there is of a session.
+one = APIRouter(prefix="/api/v1/sessions/{session}", responses=described(403, 404, 408, 413, 422, 429))
+
+
+@api.get("/options")
+def options(request: Request) -> models.Offer:
+    """Describe every option of a transfer."""
+    state = request.app.state
+    return models.Offer(
+        options=models.OPTIONS,
+        landmark_formats=list(LANDMARK_FORMATS),
+        limits=models.Limits(bytes=state.most_bytes, pixels=state.most_pixels),
+        version=VERSION,
     )
-    def begin() -> Begun:
-        """Begin a session."""
-        return Begun(session=sessions.begin(), expires_in=EXPIRES)
 
-    @api.delete("/sessions/{session}", status_code=204, responses=described(422))
-    def end(session: Token) -> Response:
-        """End a session and forget its photos."""
-        sessions.end(session)
-        return Response(status_code=204)
 
-    @api.post(
-        "/sessions/{session}/samples",
-        responses=links(200, "$request.path.session", "render", "export", "swap") | described(404, 422),
-    )
-    def samples(session: Token) -> Pair:
-        """Load the two sample photos."""
-        one = sessions.get(session)
-        target, reference = (
-            take(sessions, one, role, io.BytesIO(sample(role).read_bytes()), most_pixels) for role in ROLES
-        )
-        return Pair(target=target, reference=reference)
+_THEN = links(201, "$response.body#/session", "about", "samples", "put_photo", "end")
 
-    @api.put("/sessions/{session}/photos/{role}", openapi_extra=FILE, responses=described(400, 404, 422))
-    async def put_photo(session: Token, role: Role, request: Request) -> PhotoFacts:
-        """Take a photo, as the body, and find its face."""
-        one = sessions.get(session)
-        # Not request.body(), which holds it twice for a while; and freed even where a traceback lives on.
-        with io.BytesIO() as data:
-            async for part in request.stream():
-                data.write(part)
-            return await run_in_threadpool(take, sessions, one, role, data, most_pixels)
 
-    @api.get("/sessions/{session}", responses=described(404, 422))
-    def about(session: Token) -> Seats:
-        """Describe the photos of a session, null where there is none."""
-        sitters = sessions.get(session).sitters
-        target, reference = (PhotoFacts.of(sitters[role]) if role in sitters else None for role in ROLES)
-        return Seats(target=target, reference=reference)
+@api.post("/sessions", status_code=201, responses=_THEN)
+def begin(store: Store) -> models.Begun:
+    """Begin a session."""
+    return models.Begun(session=store.begin(), expires_in=EXPIRES)
 
-    @api.get(
-        "/sessions/{session}/photos/{role}",
-        response_class=Response,
-        responses=sent("image/jpeg", "The photo.") | described(404, 422),
-    )
-    def get_photo(session: Token, role: Role, side: Side = 1280) -> Response:
-        """Return a photo as a JPEG in sRGB."""
-        one = sessions.get(session)
-        with one.work:
-            picture = worked(preview_of, one.sitter(role), side)
-        sessions.make_room(one)
-        return Response(jpeg(picture.pixels), media_type="image/jpeg")
 
-    @api.get("/sessions/{session}/landmarks/{role}", responses=described(404, 422))
-    def get_landmarks(session: Token, role: Role) -> Marks | None:
-        """Return the landmarks of a photo, null where there are none."""
-        return Marks.of(sessions.get(session).sitter(role))
+@api.delete("/sessions/{session}", status_code=204, responses=described(422))
+def end(store: Store, session: Token) -> None:
+    """End a session and forget its photos."""
+    store.end(session)
 
-    @api.put("/sessions/{session}/landmarks/{role}", responses=described(400, 404, 422))
-    def put_landmarks(session: Token, role: Role, points: Points) -> Marks | None:
-        """Place the landmarks of a photo."""
-        return place(sessions.get(session), role, as_points(points.model_dump(), f"{role}_landmarks"))
 
-    @api.post("/sessions/{session}/landmarks/{role}/detect", responses=described(404, 409, 422))
-    def detect(session: Token, role: Role) -> Marks | None:
-        """Find the landmarks of a photo anew."""
-        sitter = sessions.get(session).sitter(role)
-        sitter.landmarks = worked(detect_landmarks, sitter.photo.pixels, name=role)
-        sitter.detected = True
-        return Marks.of(sitter)
+@one.get("")
+def about(session: ThisSession) -> models.Seats:
+    """Describe the photos of a session, null where there is none."""
+    return models.Seats.of(session.portraits)
 
-    @api.get(
-        "/sessions/{session}/landmarks/{role}/file",
-        response_class=Response,
-        responses=sent("application/octet-stream", "The file.", "Content-Disposition")
-        | described(404, 409, 422),
-    )
-    def get_file(session: Token, role: Role, format: Suffix) -> Response:  # noqa: A002
-        """Return the landmarks of a photo as a file."""
-        one = sessions.get(session)
-        one.sitter(role)
-        _, landmarks = one.ready(role)
-        name = f"{role}{format}"
-        return _attached(landmarks_as_bytes(name, landmarks), name, "application/octet-stream")
 
-    @api.put(
-        "/sessions/{session}/landmarks/{role}/file",
-        openapi_extra=FILE,
-        responses=described(400, 404, 409, 422),
-    )
-    async def put_file(session: Token, role: Role, format: Suffix, request: Request) -> Marks | None:  # noqa: A002
-        """Take the landmarks of a photo from a file, the body."""
-        one = sessions.get(session)
-        one.sitter(role)
-        data = await request.body()
-        return await run_in_threadpool(place_from, one, role, data, format)
+@one.post("/samples", responses=links(200, "$request.path.session", "render", "export", "swap"))
+def samples(request: Request, session: ThisSession) -> models.Pair:
+    """Load the two sample photos."""
+    for role in ROLES:
+        _take(request, session, role, io.BytesIO(sample(role).read_bytes()))
+    return models.Pair.of(session.portraits)
 
-    @api.post("/sessions/{session}/swap", responses=described(404, 409, 422))
-    def swap(session: Token) -> Pair:
-        """Swap the roles of the two photos."""
-        one = sessions.get(session)
-        with one.work:
-            target, reference = (one.needed(role) for role in ROLES)
-            one.sitters = {"target": reference, "reference": target}
-        return Pair(target=PhotoFacts.of(reference), reference=PhotoFacts.of(target))
 
-    @api.post(
-        "/sessions/{session}/render",
-        response_class=Response,
-        responses=sent("image/jpeg", "The view.", *VIEW_HEADERS) | described(400, 404, 409, 422),
-    )
-    def render(session: Token, wanted: RenderRequest) -> Response:
-        """Return a preview as a JPEG; a request that a newer one has overtaken is stale."""
-        one = sessions.get(session)
-        settings = TransferOptions().changed(**wanted.options)
-        one.newest = max(one.newest, wanted.sequence)
+@one.put("/photos/{role}", openapi_extra=FILE, responses=described(400))
+async def put_photo(request: Request, session: ThisSession, role: models.Role) -> models.PhotoFacts:
+    """Take a photo, as the body, and find its face."""
+    # Not request.body(), which holds it twice for a while; and freed even where a traceback lives on.
+    with io.BytesIO() as data:
+        async for part in request.stream():
+            data.write(part)
+        data.seek(0)
+        return await run_in_threadpool(_take, request, session, role, data)
 
-        def go_on() -> None:
-            if wanted.sequence < one.newest:
-                raise StudioError(409, "stale", "A newer preview was asked for.")
 
-        def newest() -> tuple[TransferResult, int]:
-            go_on()
-            with one.memo.open(go_on):
-                return rendered(one, settings, wanted.side, quick=wanted.quick)
+def _take(request: Request, session: Session, role: str, data: io.BytesIO) -> models.PhotoFacts:
+    state = request.app.state
 
-        with one.work:
-            result, factor = worked(newest)
-        sessions.make_room(one)
-        views = views_of(result)
-        if wanted.view not in views:
-            raise StudioError(400, "bad_option", f"method {settings.method} has no view {wanted.view}.")
-        height, width = result.target.shape[:2]
-        rows, columns = result.window
-        window = (columns.start, rows.start, columns.stop - columns.start, rows.stop - rows.start)
-        if wanted.view in ("result", "difference"):
-            window = (0, 0, width, height)
-        parts = [part / whole for part, whole in zip(window, (width, height, width, height), strict=True)]
-        headers = {
-            "X-Relit-Window": ",".join(f"{part:.6f}" for part in parts),
-            "X-Relit-Views": ",".join(views),
-            "X-Relit-Lambda-Px": f"{result.view.factor * factor / result.lam:.2f}",
-            "X-Relit-Seconds": f"{sum(result.seconds.values()):.3f}",
-        }
-        return Response(jpeg(views[wanted.view]), media_type="image/jpeg", headers=headers)
+    def found() -> Portrait:
+        photo = read_image(data, max_pixels=state.most_pixels)
+        check_pixels(photo.pixels, role)
+        return Portrait.of(photo, role)
 
-    @api.post(
-        "/sessions/{session}/export",
-        response_class=Response,
-        responses=sent("application/zip", "The files.", "Content-Disposition")
-        | described(400, 404, 409, 422),
-    )
-    def export(session: Token, wanted: ExportRequest) -> Response:
-        """Return the relit photo at full resolution, its landmarks and settings, in a ZIP file."""
-        one = sessions.get(session)
-        settings = TransferOptions().changed(**wanted.options)
-        with one.work:
-            data = worked(exported, one, settings, wanted.format)
-        return _attached(data, "relit.zip", "application/zip")
+    portrait = _WORKERS.submit(found).result()
+    state.sessions.keep(session, role, portrait)
+    return models.PhotoFacts.of(portrait, role)
 
-    return api
+
+@one.get("/photos/{role}", **sends("image/jpeg", "The photo.", {}))
+def get_photo(store: Store, session: ThisSession, portrait: ThisPortrait, side: Side = 1280) -> Response:
+    """Return a photo as a JPEG in sRGB."""
+    with store.computing(session):
+        photo = _WORKERS.submit(preview_of, portrait, side).result()
+    return Response(jpeg(photo.pixels), media_type="image/jpeg")
+
+
+@one.get("/landmarks/{role}")
+def get_landmarks(portrait: ThisPortrait) -> models.Marks | None:
+    """Return the landmarks of a photo, null where there are none."""
+    return models.Marks.of(portrait)
+
+
+@one.put("/landmarks/{role}", responses=described(400))
+def put_landmarks(portrait: ThisPortrait, role: models.Role, points: models.Points) -> models.Marks | None:
+    """Place the landmarks of a photo."""
+    return _place(portrait, role, as_points(points.model_dump(), f"{role}_landmarks"))
+
+
+def _place(portrait: Portrait, role: str, landmarks: Landmarks) -> models.Marks | None:
+    check_inside(landmarks, portrait.photo.pixels.shape, f"{role}_landmarks")
+    # Without the session's lock: a hand that drags a point does not wait for the preview that it makes stale.
+    portrait.landmarks, portrait.detected = landmarks, False
+    return models.Marks.of(portrait)
+
+
+@one.post("/landmarks/{role}/detect", responses=described(409))
+def detect(portrait: ThisPortrait, role: models.Role) -> models.Marks | None:
+    """Detect the landmarks of a photo again."""
+    portrait.landmarks = _WORKERS.submit(detect_landmarks, portrait.photo.pixels, name=role).result()
+    portrait.detected = True
+    return models.Marks.of(portrait)
+
+
+@one.get("/landmarks/{role}/file", **sends("application/octet-stream", "The file.", NAMED, 409))
+def get_file(portrait: ThisPortrait, role: models.Role, suffix: Suffix) -> Response:
+    """Return the landmarks of a photo as a file."""
+    name = f"{role}{suffix}"
+    data = landmarks_as_bytes(name, portrait.face(role))
+    return _attached(data, name, "application/octet-stream")
+
+
+@one.put("/landmarks/{role}/file", openapi_extra=FILE, responses=described(400, 409))
+async def put_file(
+    request: Request, portrait: ThisPortrait, role: models.Role, suffix: Suffix
+) -> models.Marks | None:
+    """Take the landmarks of a photo from a file, the body."""
+    name, data = f"{role}{suffix}", await request.body()
+    try:
+        landmarks = await run_in_threadpool(landmarks_from, data, name)
+    except LandmarkError as error:
+        raise LandmarkError(str(error).replace(name, "the file")) from None
+    return _place(portrait, role, landmarks)
+
+
+@one.post("/swap", responses=described(409))
+def swap(session: ThisSession) -> models.Pair:
+    """Swap the roles of the two photos."""
+    with session.lock:
+        target, reference = (session.portrait(role, needed=True) for role in ROLES)
+        session.portraits = {"target": reference, "reference": target}
+    return models.Pair.of(session.portraits)
+
+
+@one.post("/render", **sends("image/jpeg", "The view.", VIEW_HEADERS, 400, 409))
+def render(store: Store, session: ThisSession, wanted: models.RenderRequest) -> Response:
+    """Return a preview as a JPEG; a request that a newer one has overtaken is stale."""
+    settings = TransferOptions().changed(**wanted.options)
+    session.newest = max(session.newest, wanted.sequence)
+
+    def go_on() -> None:
+        if wanted.sequence < session.newest:
+            raise StudioError(409, "stale", "A newer preview was asked for.")
+
+    with store.computing(session):
+        preview = _WORKERS.submit(rendered, session, settings, wanted.side, quick=wanted.quick, go_on=go_on)
+        result, factor = preview.result()
+    views = views_of(result)
+    if wanted.view not in views:
+        raise StudioError(400, "bad_option", f"method {settings.method} has no view {wanted.view}.")
+    headers = {
+        "X-Relit-Window": ",".join(f"{share:.6f}" for share in window_of(result, wanted.view)),
+        "X-Relit-Views": ",".join(views),
+        "X-Relit-Lambda-Px": f"{result.view.factor * factor / result.lam:.2f}",
+        "X-Relit-Seconds": f"{sum(result.seconds.values()):.3f}",
+    }
+    return Response(jpeg(views[wanted.view]), media_type="image/jpeg", headers=headers)
+
+
+@one.post("/export", **sends("application/zip", "The files.", NAMED, 400, 409))
+def export(store: Store, session: ThisSession, wanted: models.ExportRequest) -> Response:
+    """Return the relit photo at full resolution, its landmarks and settings, in a ZIP file."""
+    settings = TransferOptions().changed(**wanted.options)
+    with store.computing(session):
+        data = _WORKERS.submit(exported, session, settings, wanted.format).result()
+    return _attached(data, "relit.zip", "application/zip")
 
 
 def _attached(data: bytes, name: str, media_type: str) -> Response:
-    return Response(
-        data, media_type=media_type, headers={"Content-Disposition": f'attachment; filename="{name}"'}
-    )
+    headers = {"Content-Disposition": f'attachment; filename="{name}"'}
+    return Response(data, media_type=media_type, headers=headers)

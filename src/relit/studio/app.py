@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from importlib import resources
 from socket import socket
-from typing import TYPE_CHECKING
 
 import uvicorn
 from fastapi import FastAPI
 from fastapi.responses import FileResponse
 from fastapi.staticfiles import StaticFiles
+from starlette.types import ASGIApp
 
 from relit._version import VERSION
-from relit.studio.api import routes
+from relit.studio import api
 from relit.studio.failures import answer_failures
 from relit.studio.guard import Guard
 from relit.studio.intake import Intake
 from relit.studio.sessions import Sessions
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from starlette.types import ASGIApp
 
 #: What an upload may hold, at most.
 MOST_BYTES = 200_000_000
@@ -65,41 +61,31 @@ def create_app(
         openapi_url="/api/v1/openapi.json",
         generate_unique_id_function=lambda route: route.name,
     )
-    api = routes(Sessions() if sessions is None else sessions, most_pixels, most_bytes)
-    app.include_router(api)
-    answer_failures(app, api)
-
+    app.state.sessions = Sessions() if sessions is None else sessions
+    app.state.most_bytes, app.state.most_pixels = most_bytes, most_pixels
+    app.include_router(api.api)
+    app.include_router(api.one)
+    answer_failures(app)
     if page:
-        static = resources.files("relit.studio") / "static"
-        app.mount("/static", StaticFiles(directory=str(static)), name="static")
+        static = str(resources.files("relit.studio") / "static")
+        app.mount("/static", StaticFiles(directory=static), name="static")
 
         @app.get("/", include_in_schema=False)
         def index() -> FileResponse:
-            return FileResponse(str(static / "index.html"), media_type="text/html")
+            return FileResponse(f"{static}/index.html", media_type="text/html")
 
     return Guard(Intake(app, most_bytes), hosts)
 
 
 class Server(uvicorn.Server):
-    """A server that tells the address of the page once it can be opened.
+    """A server that tells `ready` the address of the page once it can be opened; port 0 is any that is free.
 
-    Parameters
-    ----------
-    app : ASGI application
-    host : str
-        Address to listen at.
-    port : int
-        0 for any that is free.
-    ready : callable
-        Told the address. `run` returns when the process is interrupted, or `should_exit` is set.
+    `run` returns when the process is interrupted, or `should_exit` is set.
     """
 
     def __init__(self, app: ASGIApp, host: str, port: int, ready: Callable[[str], None]) -> None:
-        super().__init__(
-            uvicorn.Config(
-                app, host=host, port=port, log_level="warning", server_header=False, lifespan="off"
-            )
-        )
+        settings = {"log_level": "warning", "server_header": False, "lifespan": "off"}
+        super().__init__(uvicorn.Config(app, host, port, **settings))  # type: ignore[arg-type]
         self._ready = ready
 
     async def startup(self, sockets: list[socket] | None = None) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -13,20 +13,16 @@ from relit.errors import FaceNotFoundError, ImageError, LandmarkError, OptionErr
 from relit.studio.models import Failure, Problem
 from relit.studio.sessions import StudioError
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from fastapi import APIRouter
-
 _KINDS = (
     (FaceNotFoundError, 409, "no_face"),
     (ImageError, 400, "bad_photo"),
     (LandmarkError, 400, "bad_landmarks"),
     (OptionError, 400, "bad_option"),
+    (RelitError, 400, "bad_request"),
 )
 _CODES = {404: "not_found", 405: "method_not_allowed"}
 _UNREAD = "The body cannot be read as JSON; check its syntax, its depth and the length of its numbers."
-_LONGEST = 1000  # letters of a message: it may quote what came
+_LONGEST = 1000  # characters of a message: it may quote what came
 
 
 def refusal(status: int, code: str, message: str, headers: Mapping[str, str] | None = None) -> JSONResponse:
@@ -39,35 +35,30 @@ def refusal(status: int, code: str, message: str, headers: Mapping[str, str] | N
     return JSONResponse(failure.model_dump(), status, headers)
 
 
-def answer_failures(app: FastAPI, api: APIRouter) -> None:
+def answer_failures(app: FastAPI) -> None:
     """Have an application answer with refusals, whatever goes wrong with a request."""
 
+    @app.exception_handler(StudioError)
+    def refuse(_request: Request, error: StudioError) -> JSONResponse:
+        return refusal(error.status, error.code, str(error))
+
     @app.exception_handler(RelitError)
-    def refuse(_request: Request, error: RelitError) -> JSONResponse:
-        if isinstance(error, StudioError):
-            return refusal(error.status, error.code, str(error))
-        for kind, status, code in _KINDS:
-            if isinstance(error, kind):
-                return refusal(status, code, str(error).removeprefix("binary file: "))
-        return refusal(400, "bad_request", str(error))
+    def refuse_input(_request: Request, error: RelitError) -> JSONResponse:
+        status, code = next((status, code) for kind, status, code in _KINDS if isinstance(error, kind))
+        return refusal(status, code, str(error).removeprefix("binary file: "))
 
     @app.exception_handler(RequestValidationError)
-    def invalid(_request: Request, error: RequestValidationError) -> JSONResponse:
+    def refuse_form(_request: Request, error: RequestValidationError) -> JSONResponse:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
         return refusal(422, "bad_request", f"{where}: {first['msg']}")
 
     @app.exception_handler(HTTPException)
-    def unknown(request: Request, error: HTTPException) -> JSONResponse:
+    def refuse_request(request: Request, error: HTTPException) -> JSONResponse:
         headers = dict(error.headers or {})
-        if error.status_code == 405:  # the framework names the methods of one route of several alike
-            headers["Allow"] = ", ".join(sorted(_methods(api, request.url.path))) or headers["Allow"]
+        if error.status_code == 405:  # the framework names the methods of one route to a path, of several
+            methods = app.openapi()["paths"].get(request.scope["route"].path, {})
+            headers["Allow"] = ", ".join(sorted(map(str.upper, methods))) or headers["Allow"]
         code = _CODES.get(error.status_code, "bad_request")
         message = _UNREAD if error.status_code == 400 else f"{error.detail}."
         return refusal(error.status_code, code, message, headers)
-
-
-def _methods(api: APIRouter, path: str) -> set[str]:
-    """Return the methods of all routes to a path."""
-    here: list[Any] = [route for route in api.routes if route.path_regex.match(path)]  # type: ignore[attr-defined]
-    return {method for route in here for method in route.methods}

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Collection
 from urllib.parse import urlsplit
 
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
 from relit.studio.failures import refusal
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 HEADERS = {
     "content-security-policy": (
@@ -28,7 +26,7 @@ HEADERS = {
 
 
 class Guard:
-    """ASGI middleware that refuses strangers, and says how browsers may use the answers.
+    """ASGI middleware that refuses other sites, and says how browsers may use the answers.
 
     Parameters
     ----------
@@ -46,39 +44,29 @@ class Guard:
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
-        headers = {
-            name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]
-        }
 
         async def answer(message: Message) -> None:
             if message["type"] == "http.response.start":
-                own = {name.lower() for name, _ in message["headers"]}
-                message["headers"] = [
-                    *message["headers"],
-                    *((k.encode(), v.encode()) for k, v in HEADERS.items() if k.encode() not in own),
-                ]
+                headers = MutableHeaders(scope=message)
+                for name, value in HEADERS.items():
+                    headers.setdefault(name, value)
             await send(message)
 
-        reason = self._refusal(scope["method"], headers)
+        reason = self._refusal(scope["method"], Headers(scope=scope))
         app = refusal(403, "forbidden", reason) if reason else self.app
         await app(scope, receive, answer)
 
-    def _refusal(self, method: str, headers: dict[str, str]) -> str | None:
-        """Return why a request is not for us, if it is not."""
-        if _split(f"//{headers.get('host', '')}")[0] not in self.hosts:
+    def _refusal(self, method: str, headers: Headers) -> str | None:
+        """Return why a request is refused, if it is."""
+        host, origin = headers.get("host", ""), headers.get("origin")
+        try:
+            name = urlsplit(f"//{host}").hostname
+        except ValueError:  # half a pair of brackets
+            name = None
+        if name not in self.hosts:
             return "This server does not go by that name."
-        if headers.get("sec-fetch-site", "none") not in ("same-origin", "none"):
-            return "Another site may not ask here."
-        origin = headers.get("origin")
-        if method not in ("GET", "HEAD") and origin and _split(origin)[1] != headers.get("host"):
+        foreign = origin and origin not in (f"http://{host}", f"https://{host}")
+        same_site = headers.get("sec-fetch-site", "none") in ("same-origin", "none")
+        if not same_site or (foreign and method not in ("GET", "HEAD")):
             return "Another site may not ask here."
         return None
-
-
-def _split(address: str) -> tuple[str | None, str]:
-    """Return the name and the name with its port; neither, where it is no address."""
-    try:
-        parts = urlsplit(address)
-    except ValueError:  # half a pair of brackets
-        return None, ""
-    return parts.hostname, parts.netloc

@@ -5,13 +5,12 @@ from __future__ import annotations
 import asyncio
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+
+from fastapi.responses import JSONResponse
+from starlette.datastructures import Headers
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from relit.studio.failures import refusal
-
-if TYPE_CHECKING:
-    from fastapi.responses import JSONResponse
-    from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 #: The longest body that is no photo: landmark files have 4 MiB at most, JSON less.
 SMALL_BYTES = 4_200_000
@@ -19,17 +18,7 @@ SMALL_BYTES = 4_200_000
 
 @dataclass
 class _Pool:
-    """Bodies of a kind.
-
-    Attributes
-    ----------
-    longest : int
-        Bytes of one.
-    together : int
-        Bytes of all that are in memory.
-    held : int
-        How many those are.
-    """
+    """Bodies of a kind: bytes that one may have, that all in memory may have, and that they have."""
 
     longest: int
     together: int
@@ -43,8 +32,8 @@ class _RefusedError(Exception):
 class Intake:
     """ASGI middleware that bounds the memory which bodies take, from all clients together.
 
-    Photos have one pool, and what is small another: who floods the one does not keep others from the other.
-    What is refused is forgotten at once, so that there is room again.
+    Photos have one pool, and all other bodies another: a flood of photos does not keep out the rest. What is
+    refused is forgotten at once, so that there is room again.
 
     Parameters
     ----------
@@ -66,35 +55,27 @@ class Intake:
             await self.app(scope, receive, send)
             return
         pool = self.photos if "/photos/" in scope["path"] else self.others
-        lengths = [value for name, value in scope["headers"] if name == b"content-length"]
-        if any(length.isdigit() and int(length) > pool.longest for length in lengths):
-            await _too_large(pool)(scope, receive, send)
-            return
-        received, whole, refused = 0, False, False
-
-        async def refuse(answer: JSONResponse) -> None:
-            nonlocal refused
-            refused = True
-            await answer(scope, receive, send)
-            raise _RefusedError
+        length = Headers(scope=scope).get("content-length", "")
+        refused = _excess(pool, int(length) if length.isdigit() else 0)
+        received, whole = 0, False
 
         async def counted() -> Message:
-            nonlocal received, whole
+            nonlocal received, whole, refused
             if refused:
                 raise _RefusedError
             try:
                 async with asyncio.timeout(None if whole else self.patience):
                     message = await receive()
             except TimeoutError:
-                await refuse(refusal(408, "too_slow", "The body stopped coming; send it again."))
+                refused = refusal(408, "too_slow", "The body stopped coming; send it again.")
+                raise _RefusedError from None
             if message["type"] == "http.request":
                 size = len(message.get("body", b""))
                 received, pool.held = received + size, pool.held + size
                 whole = not message.get("more_body", False)
-                if received > pool.longest:
-                    await refuse(_too_large(pool))
-                if pool.held > pool.together:
-                    await refuse(_busy())
+                refused = _excess(pool, received)
+            if refused:
+                raise _RefusedError
             return message
 
         async def unless_refused(message: Message) -> None:
@@ -103,16 +84,20 @@ class Intake:
 
         try:
             with suppress(_RefusedError):
-                await self.app(scope, counted, unless_refused)
+                if not refused:
+                    await self.app(scope, counted, unless_refused)
         finally:
             pool.held -= received
+        if refused:
+            await refused(scope, receive, send)
 
 
-def _too_large(pool: _Pool) -> JSONResponse:
-    most = pool.longest / 1e6
-    return refusal(413, "too_large", f"The body may have {most:.3g} MB at most; send less.")
-
-
-def _busy() -> JSONResponse:
-    message = "Others are sending as much as fits into memory; send it again in a second."
-    return refusal(429, "busy", message, {"Retry-After": "1"})
+def _excess(pool: _Pool, received: int) -> JSONResponse | None:
+    """Return the answer to a body that is too long, or one too many."""
+    if received > pool.longest:
+        message = f"The body may have {pool.longest / 1e6:.3g} MB at most; send less."
+        return refusal(413, "too_large", message)
+    if pool.held > pool.together:
+        message = "Others are sending as much as fits into memory; send it again in a second."
+        return refusal(429, "busy", message, {"Retry-After": "1"})
+    return None

@@ -2,135 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import fields
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeAlias
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, JsonValue, WithJsonSchema
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, JsonValue
 
 from relit.face.landmark_files import FORMATS as LANDMARK_FORMATS
 from relit.face.landmarks import SchemeName
 from relit.settings.methods import WITH_SECOND_REFERENCE
 from relit.settings.options import TransferOptions
 from relit.studio.pictures import VIEWS
-from relit.studio.sessions import Sitter
+from relit.studio.sessions import ROLES, Portrait
 
 Role = Literal["target", "reference"]
 if TYPE_CHECKING:
     Suffix: TypeAlias = str
     View: TypeAlias = str
 else:  # what a request may say is in tables
-    Suffix, View = Literal[tuple(LANDMARK_FORMATS)], Literal[tuple(VIEWS)]
-
-
-def _schema_of(declared: Any) -> dict[str, Any]:
-    """Return the JSON schema of an option."""
-    known = declared.metadata
-    kinds: list[dict[str, Any]]
-    if known["choices"]:
-        kinds = [{"enum": list(known["choices"])}]
-    elif isinstance(declared.default, bool):
-        kinds = [{"type": "boolean"}]
-    elif known["text"]:
-        kinds = [{"type": "string"}]
-    else:
-        limits = {
-            "minimum": known["at_least"],
-            "maximum": known["at_most"],
-            "exclusiveMinimum": known["above"],
-        }
-        number = {"type": "number", **{key: limit for key, limit in limits.items() if limit is not None}}
-        kinds = [number, *({"enum": [*known["words"]]} for _ in known["words"][:1])]
-    if declared.default is None:
-        kinds.append({"type": "null"})
-    return {"anyOf": kinds, "default": declared.default, "description": known["help"]}
-
-
-#: They are checked by the library, which says what is wrong with one; here they are only described.
-Options = Annotated[
-    dict[str, Any],
-    WithJsonSchema(
-        {
-            "type": "object",
-            "properties": {option.name: _schema_of(option) for option in fields(TransferOptions)},
-            "additionalProperties": False,
-        }
-    ),
-]
-Rows = Annotated[
-    list[list[float]],
-    Field(max_length=2000),
-    WithJsonSchema(
-        {
-            "type": "array",
-            "items": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 3},
-            "minItems": 3,
-            "maxItems": 2000,
-            "description": "(x, y) or (x, y, z) in px of the photo, pixel centres at integers.",
-        }
-    ),
-]
-
-
-#: The eyes, the tip of the nose and the corners of a mouth.
-_FACE: list[JsonValue] = [[40, 50], [80, 50], [60, 75], [45, 95], [75, 95]]
-
-
-#: 640.0 is a whole number, says JSON; true and "640" are none.
-Whole = Annotated[
-    int, BeforeValidator(lambda value: int(value) if isinstance(value, float) and value % 1 == 0 else value)
-]
-
-
-class _Asked(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True)
-
-
-class Points(_Asked):
-    """Landmarks from a client."""
-
-    model_config = ConfigDict(json_schema_extra={"examples": [{"points": _FACE}]})
-    scheme: SchemeName | None = None
-    points: Rows
-
-
-class RenderRequest(_Asked):
-    """A preview."""
-
-    model_config = ConfigDict(json_schema_extra={"examples": [{"options": {"strength": 0.8}, "side": 320}]})
-    options: Options = {}
-    view: View = "result"
-    side: Whole = Field(640, ge=64, le=2048)
-    quick: bool = False
-    sequence: Whole = Field(0, ge=0, le=2**53)
-
-
-class ExportRequest(_Asked):
-    """Files at full resolution."""
-
-    model_config = ConfigDict(json_schema_extra={"examples": [{"options": {"strength": 0.8}}]})
-    options: Options = {}
-    format: Literal[".png", ".jpg", ".tif"] = ".png"
-
-
-class Problem(BaseModel):
-    """What went wrong: a word for programs, a sentence for people."""
-
-    code: str
-    message: str
-
-
-class Failure(BaseModel):
-    """Every answer of 4xx."""
-
-    error: Problem
-
-
-class Begun(BaseModel):
-    """A new session, and after how many seconds without a request it ends."""
-
-    session: str
-    expires_in: int
+    Suffix, View = Literal[tuple(LANDMARK_FORMATS)], Literal[VIEWS]
 
 
 class Option(BaseModel):
@@ -152,15 +43,105 @@ class Option(BaseModel):
         """Describe a field of `TransferOptions`."""
         known = declared.metadata
         kind = "choice" if known["choices"] else "text" if known["text"] else "number"
-        told = {key: known[key] for key in cls.model_fields.keys() & known.keys()}
-        # There is one reference here.
-        told["choices"] = [choice for choice in known["choices"] if choice not in WITH_SECOND_REFERENCE]
         return cls(
             name=declared.name,
             default=declared.default,
             kind="switch" if isinstance(declared.default, bool) else kind,  # type: ignore[arg-type]
-            **told,
+            # There is one reference here.
+            choices=[choice for choice in known["choices"] if choice not in WITH_SECOND_REFERENCE],
+            **{key: known[key] for key in ("flag", "help", "words", "at_least", "at_most", "above")},
         )
+
+    def json_schema(self) -> dict[str, Any]:
+        """Return the JSON schema of its values."""
+        limits = {"minimum": self.at_least, "maximum": self.at_most, "exclusiveMinimum": self.above}
+        number = {"type": "number"} | {key: limit for key, limit in limits.items() if limit is not None}
+        kinds: dict[str, dict[str, Any]] = {
+            "choice": {"enum": self.choices},
+            "switch": {"type": "boolean"},
+            "text": {"type": "string"},
+            "number": number,
+        }
+        values = [kinds[self.kind]]
+        if self.kind == "number" and self.words:
+            values.append({"enum": self.words})
+        if self.default is None:
+            values.append({"type": "null"})
+        return {"anyOf": values, "default": self.default, "description": self.help}
+
+
+OPTIONS = [Option.of(declared) for declared in fields(TransferOptions)]
+
+# Options and points are only described here: the library checks them, and says what is wrong with one.
+_VALUES: dict[str, JsonValue] = {option.name: option.json_schema() for option in OPTIONS}
+_Options = Annotated[
+    dict[str, Any], Field(json_schema_extra={"properties": _VALUES, "additionalProperties": False})
+]
+_Point = Annotated[list[float], Field(json_schema_extra={"minItems": 2, "maxItems": 3})]
+_Points = Annotated[
+    list[_Point],
+    Field(
+        max_length=2000,
+        description="(x, y) or (x, y, z) in px of the photo, pixel centres at integers.",
+        json_schema_extra={"minItems": 3},
+    ),
+]
+#: 640.0 is a whole number, says JSON; true and "640" are none.
+_Whole = Annotated[
+    int, BeforeValidator(lambda value: int(value) if isinstance(value, float) and value % 1 == 0 else value)
+]
+
+
+def _asked(**example: Any) -> ConfigDict:
+    return ConfigDict(extra="forbid", strict=True, json_schema_extra={"examples": [example]})
+
+
+class Points(BaseModel):
+    """Landmarks from a client."""
+
+    # The eyes, the tip of the nose and the corners of a mouth.
+    model_config = _asked(points=[[40, 50], [80, 50], [60, 75], [45, 95], [75, 95]])
+    scheme: SchemeName | None = None
+    points: _Points
+
+
+class RenderRequest(BaseModel):
+    """A preview."""
+
+    model_config = _asked(options={"strength": 0.8}, side=320)
+    options: _Options = {}
+    view: View = "result"
+    side: _Whole = Field(640, ge=64, le=2048)
+    quick: bool = False
+    sequence: _Whole = Field(0, ge=0, le=2**53)
+
+
+class ExportRequest(BaseModel):
+    """Files at full resolution."""
+
+    model_config = _asked(options={"strength": 0.8})
+    options: _Options = {}
+    format: Literal[".png", ".jpg", ".tif"] = ".png"
+
+
+class Problem(BaseModel):
+    """What went wrong: a word for programs, a sentence for people."""
+
+    code: str
+    message: str
+
+
+class Failure(BaseModel):
+    """Every answer of 4xx."""
+
+    error: Problem
+
+
+class Begun(BaseModel):
+    """A new session, and after how many seconds without a request it ends."""
+
+    session: str
+    expires_in: int
 
 
 class Limits(BaseModel):
@@ -189,16 +170,16 @@ class Marks(BaseModel):
     interocular_distance: float
 
     @classmethod
-    def of(cls, sitter: Sitter) -> Marks | None:
-        """Describe those of a sitter, if there are any."""
-        found = sitter.landmarks
+    def of(cls, portrait: Portrait) -> Marks | None:
+        """Describe those of a photo, if there are any."""
+        found = portrait.landmarks
         if found is None:
             return None
         return cls(
             scheme=found.scheme,
             points=np.asarray(found.points).tolist(),
             groups={name: list(rows) for name, rows in found.groups.items()},
-            detected=sitter.detected,
+            detected=portrait.detected,
             interocular_distance=found.interocular_distance,
         )
 
@@ -215,28 +196,38 @@ class PhotoFacts(BaseModel):
     message: str | None
 
     @classmethod
-    def of(cls, sitter: Sitter) -> PhotoFacts:
-        """Describe a sitter."""
-        pixels = sitter.photo.pixels
+    def of(cls, portrait: Portrait, role: str) -> PhotoFacts:
+        """Describe the photo of a role."""
+        pixels = portrait.photo.pixels
+        height, width = pixels.shape[:2]
+        none = f"No face was found in the {role}; place landmarks by hand, or load a file of them."
         return cls(
-            width=pixels.shape[1],
-            height=pixels.shape[0],
-            format=sitter.photo.format,
+            width=width,
+            height=height,
+            format=portrait.photo.format,
             depth=str(pixels.dtype),  # type: ignore[arg-type]
             grey=pixels.ndim == 2,
-            landmarks=Marks.of(sitter),
-            message=sitter.message if sitter.landmarks is None else None,
+            landmarks=Marks.of(portrait),
+            message=none if portrait.landmarks is None else None,
         )
 
 
-class Pair(BaseModel):
+class _ByRole(BaseModel):
+    @classmethod
+    def of(cls, portraits: Mapping[str, Portrait]) -> Self:
+        """Describe the photos that there are."""
+        there = dict(portraits)
+        return cls(**{role: PhotoFacts.of(there[role], role) if role in there else None for role in ROLES})
+
+
+class Pair(_ByRole):
     """Both photos."""
 
     target: PhotoFacts
     reference: PhotoFacts
 
 
-class Seats(BaseModel):
+class Seats(_ByRole):
     """The photos of a session, null where there is none yet."""
 
     target: PhotoFacts | None

@@ -1,107 +1,133 @@
-"""What the page shows: photos at the size of a screen, and the views of a transfer."""
+"""What a session's photos become: previews at the size of a screen, and files at the photo's own."""
 
 from __future__ import annotations
 
 import io
+import math
+import zipfile
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
+from relit.face.landmark_files import landmarks_as_bytes
+from relit.face.landmarks import Landmarks
 from relit.figures import view_pictures
+from relit.photo.atomic_files import NamedBytes
+from relit.photo.photo import Photo, write_image
 from relit.photo.pixels import from_unit, to_unit
 from relit.photo.resampling import reduced
 from relit.relighting import transfer
+from relit.results import TransferResult
 from relit.runtime.memo import remembered
-from relit.studio.sessions import Session, Sitter
+from relit.settings.options import TransferOptions
+from relit.settings_file import Settings, as_json
+from relit.studio.sessions import ROLES, Portrait, Session
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from relit.face.landmarks import Landmarks
-    from relit.photo.photo import Photo
-    from relit.results import TransferResult
-    from relit.settings.options import TransferOptions
+Faces = dict[str, tuple[Photo, Landmarks]]
 
 #: Names of the views, in the order in which they are shown; a method has some of them.
-VIEWS = {
-    "result": "result",
-    "warped": "warped_reference",
-    "target_light": "target_light",
-    "new_light": "new_light",
-    "person": "person",
-    "target_u": "target_u",
-    "target_v": "target_v",
-    "reference_u": "reference_u",
-    "reference_v": "reference_v",
-    "mask": "mask",
-    "known": "known",
-    "difference": "difference",
-}
-
-_QUALITY = 90
+VIEWS = (
+    *("result", "warped", "target_light", "new_light", "person"),
+    *("target_u", "target_v", "reference_u", "reference_v", "mask", "known", "difference"),
+)
 
 
-def preview_of(sitter: Sitter, side: int) -> Photo:
+def preview_of(portrait: Portrait, side: int) -> Photo:
     """Return the photo in sRGB, its longest side at most so many px and reduced by a whole factor."""
-    if side not in sitter.previews:
-        photo = replace(sitter.photo, alpha=None)
-        factor = max(1, -(-max(photo.pixels.shape[:2]) // side))
-        small = replace(photo, pixels=reduced(photo.pixels, factor)).to_profile(None)
-        if len(sitter.previews) > 2:
-            sitter.previews.clear()
-        sitter.previews[side] = replace(small, pixels=from_unit(to_unit(small.pixels), np.uint8))
-    return sitter.previews[side]
+    if side not in portrait.previews:
+        photo = replace(portrait.photo, alpha=None)
+        small = replace(photo, pixels=reduced(photo.pixels, _factor(photo, side))).to_profile(None)
+        if len(portrait.previews) > 2:
+            portrait.previews.clear()
+        portrait.previews[side] = replace(small, pixels=from_unit(to_unit(small.pixels), np.uint8))
+    return portrait.previews[side]
+
+
+def _factor(photo: Photo, side: int) -> int:
+    longest: int = max(photo.pixels.shape[:2])
+    return math.ceil(longest / side)
 
 
 def rendered(
-    session: Session, options: TransferOptions, side: int, *, quick: bool
+    session: Session, options: TransferOptions, side: int, *, quick: bool, go_on: Callable[[], None]
 ) -> tuple[TransferResult, int]:
-    """Relight the session's target at the size of a preview; return by how much that was reduced, too."""
-    target, here, factor = _at_size(session, "target", side)
-    lights = [] if options.light is not None else [_at_size(session, "reference", side)]
-    detail = options.record.sketch_iod if quick else options.record.preview_iod
-    return _relit(target, here, lights, options, detail), factor
+    """Relight the session's target at the size of a preview; return by how much that was reduced, too.
+
+    Before each step `go_on` is called: what it raises ends the work.
+    """
+    go_on()
+    factor = _factor(session.portrait("target", needed=True).photo, side)
+    with session.memo.open(go_on):
+        detail = options.record.sketch_iod if quick else options.record.preview_iod
+        return _relit(_faces(session, options, side), options, detail), factor
+
+
+def exported(session: Session, options: TransferOptions, suffix: str) -> bytes:
+    """Return what ``relit transfer --config settings.json`` makes of the same photos, and what it takes."""
+    faces = _faces(session, options)
+    target, landmarks = faces["target"][0], {role: marks for role, (_, marks) in faces.items()}
+    image = NamedBytes(f"relit{suffix}")
+    like = replace(target, alpha=None) if suffix == ".jpg" else target
+    write_image(image, _relit(faces, options).image, like=like)
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as archive:
+        archive.writestr(image.name, image.getvalue())
+        for role, marks in landmarks.items():
+            archive.writestr(f"{role}.json", landmarks_as_bytes(f"{role}.json", marks))
+        archive.writestr("settings.json", as_json(Settings(options, **landmarks)))
+    return packed.getvalue()
+
+
+def _faces(session: Session, options: TransferOptions, side: int | None = None) -> Faces:
+    """Return the photos of a transfer and their landmarks by role, at the size of a preview if it is one."""
+    ready = {role: session.ready(role) for role in (ROLES if options.light is None else ROLES[:1])}
+    if side is None:
+        return {role: (portrait.photo, marks) for role, (portrait, marks) in ready.items()}
+    return {
+        role: (preview_of(portrait, side), marks.reduced(_factor(portrait.photo, side)))
+        for role, (portrait, marks) in ready.items()
+    }
 
 
 @remembered
-def _relit(
-    target: Photo,
-    landmarks: Landmarks,
-    lights: list[tuple[Photo, Landmarks, int]],
-    options: TransferOptions,
-    detail: float,
-) -> TransferResult:
+def _relit(faces: Faces, options: TransferOptions, detail: float | None = None) -> TransferResult:
+    (target, landmarks), *references = faces.values()
     return transfer(
         target,
-        [light for light, _, _ in lights] or None,
+        [photo for photo, _ in references] or None,
         target_landmarks=landmarks,
-        reference_landmarks=[marks for _, marks, _ in lights] or None,
+        reference_landmarks=[marks for _, marks in references] or None,
         options=options,
         detail=detail,
     )
 
 
-def _at_size(session: Session, role: str, side: int) -> tuple[Photo, Landmarks, int]:
-    sitter, landmarks = session.ready(role)
-    photo = preview_of(sitter, side)
-    factor = max(1, -(-max(sitter.photo.pixels.shape[:2]) // side))
-    return photo, landmarks.reduced(factor), factor
-
-
 def views_of(result: TransferResult) -> dict[str, NDArray[Any]]:
     """Return the pictures of a transfer by the names of their views."""
-    stages = view_pictures(result) | {"result": result.image}
-    before = to_unit(result.target)
-    if before.ndim < result.image.ndim:
-        before = np.repeat(before[..., None], 3, axis=2)
-    stages["difference"] = from_unit((to_unit(result.image) - before) / 2 + 0.5, np.uint8)
-    return {view: stages[stage] for view, stage in VIEWS.items() if stage in stages}
+    pictures = view_pictures(result) | {"result": result.image}
+    pictures["warped"] = pictures["warped_reference"]
+    before, after = to_unit(result.target), to_unit(result.image)
+    if before.ndim < after.ndim:
+        before = before[..., None]
+    pictures["difference"] = from_unit((after - before) / 2 + 0.5, np.uint8)
+    return {view: pictures[view] for view in VIEWS if view in pictures}
+
+
+def window_of(result: TransferResult, view: str) -> tuple[float, float, float, float]:
+    """Return left, top, width and height of what a view shows, as shares of the target's."""
+    if view in ("result", "difference"):
+        return 0, 0, 1, 1
+    height, width = result.target.shape[:2]
+    (top, bottom), (left, right) = ((part.start, part.stop) for part in result.window)
+    return left / width, top / height, (right - left) / width, (bottom - top) / height
 
 
 def jpeg(pixels: NDArray[Any]) -> bytes:
     """Return pixels as a JPEG."""
     buffer = io.BytesIO()
-    Image.fromarray(from_unit(to_unit(pixels), np.uint8)).save(buffer, "JPEG", quality=_QUALITY)
+    Image.fromarray(from_unit(to_unit(pixels), np.uint8)).save(buffer, "JPEG", quality=90)
     return buffer.getvalue()

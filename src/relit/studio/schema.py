@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
+
+from fastapi import Response
 
 from relit.studio.models import Failure
 
 Responses = dict[int | str, dict[str, Any]]
 
+_BINARY = {"schema": {"type": "string", "format": "binary"}}
 #: A request whose body is a file.
-FILE: dict[str, Any] = {
-    "requestBody": {
-        "required": True,
-        "content": {"application/octet-stream": {"schema": {"type": "string", "format": "binary"}}},
-    }
-}
-#: Of a preview.
+FILE: dict[str, Any] = {"requestBody": {"required": True, "content": {"application/octet-stream": _BINARY}}}
+#: Headers of a file, and of a preview.
+NAMED = {"Content-Disposition": "A name for the file."}
 VIEW_HEADERS = {
     "X-Relit-Window": "Left, top, width and height of the view, as shares of the target's.",
     "X-Relit-Views": "Names of the views that this method has.",
@@ -36,35 +36,31 @@ _MEANINGS = {
 
 
 def described(*statuses: int) -> Responses:
-    """Return failures as a route's ``responses`` take them."""
-    retry = {"Retry-After": {"description": "Seconds.", "required": True, "schema": {"type": "integer"}}}
-    return {
-        status: {
-            "model": Failure,
-            "description": _MEANINGS[status],
-            **({"headers": retry} if status == 429 else {}),
-        }
-        for status in statuses
+    """Return descriptions of failures, for the ``responses`` of a route."""
+    failures: Responses = {
+        status: {"model": Failure, "description": _MEANINGS[status]} for status in statuses
     }
+    if 429 in failures:
+        failures[429]["headers"] = {"Retry-After": _header("Seconds.", "integer")}
+    return failures
 
 
-def sent(media_type: str, what: str, *headers: str) -> Responses:
-    """Return an answer that is no JSON, as a route's ``responses`` take it."""
-    told = {"Content-Disposition": "A name for the file.", **VIEW_HEADERS}
-    return {
-        200: {
-            "description": what,
-            "content": {media_type: {"schema": {"type": "string", "format": "binary"}}},
-            "headers": {
-                name: {"description": told[name], "required": True, "schema": {"type": "string"}}
-                for name in headers
-            },
-        }
+def sends(media_type: str, what: str, headers: Mapping[str, str], *failures: int) -> dict[str, Any]:
+    """Return the keywords of a route whose answer is no JSON, with its headers and how it may fail."""
+    answer = {
+        "description": what,
+        "content": {media_type: _BINARY},
+        "headers": {name: _header(meaning, "string") for name, meaning in headers.items()},
     }
+    return {"response_class": Response, "responses": {200: answer, **described(*failures)}}
+
+
+def _header(meaning: str, kind: str) -> dict[str, Any]:
+    return {"description": meaning, "required": True, "schema": {"type": kind}}
 
 
 def links(status: int, token: str, *names: str) -> Responses:
-    """Return, as a route's ``responses`` take them, what may be asked for next, and where the token is."""
+    """Return links to what may be asked for next, and where its token is, for a route's ``responses``."""
     return {
         status: {"links": {name: {"operationId": name, "parameters": {"session": token}} for name in names}}
     }

@@ -5,18 +5,16 @@ from __future__ import annotations
 import secrets
 import threading
 import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from functools import partial
 
 from relit.errors import FaceNotFoundError, RelitError
 from relit.face.detect import detect_landmarks
+from relit.face.landmarks import Landmarks
+from relit.photo.photo import Photo
 from relit.runtime.memo import Memo, size_of
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from relit.face.landmarks import Landmarks
-    from relit.photo.photo import Photo
 
 #: Seconds without a request after which a session ends.
 EXPIRES = 3600
@@ -25,16 +23,7 @@ ROLES = ("target", "reference")
 
 
 class StudioError(RelitError):
-    """What a client did that cannot be done.
-
-    Parameters
-    ----------
-    status : int
-        HTTP status.
-    code : str
-        What kind it is, for programs.
-    message : str
-    """
+    """A request that cannot be met: with its HTTP status, and a code that tells programs why."""
 
     def __init__(self, status: int, code: str, message: str) -> None:
         super().__init__(message)
@@ -42,17 +31,16 @@ class StudioError(RelitError):
 
 
 @dataclass
-class Sitter:
+class Portrait:
     """A photo of a session, and where its face is.
 
     Attributes
     ----------
     photo : Photo
     landmarks : Landmarks or None
-        None where none was found or placed.
+        None where no face was found, and none has been placed by hand.
     detected : bool
-    message : str or None
-        Why there are none.
+        Whether the landmarks were found, not placed.
     previews : dict
         Longest side in px → the photo at that size.
     """
@@ -60,22 +48,21 @@ class Sitter:
     photo: Photo
     landmarks: Landmarks | None
     detected: bool
-    message: str | None = None
     previews: dict[int, Photo] = field(default_factory=dict)
 
-    @property
-    def size(self) -> int:
-        """Bytes in memory, about."""
-        return size_of((self.photo, self.previews))
+    def face(self, role: str) -> Landmarks:
+        """Return the landmarks; raise a `StudioError` if there are none."""
+        if self.landmarks is None:
+            raise StudioError(409, "no_face", f"The {role} has no landmarks yet; place them by hand.")
+        return self.landmarks
 
-
-def seated(photo: Photo, role: str) -> Sitter:
-    """Return a photo with its face, if one is found."""
-    try:
-        return Sitter(photo, detect_landmarks(photo.pixels, name=role), True)
-    except FaceNotFoundError:
-        message = f"No face was found in the {role}; place landmarks by hand, or load a file of them."
-        return Sitter(photo, None, False, message)
+    @classmethod
+    def of(cls, photo: Photo, role: str) -> Portrait:
+        """Return a photo with its face, if one is found."""
+        try:
+            return cls(photo, detect_landmarks(photo.pixels, name=role), True)
+        except FaceNotFoundError:
+            return cls(photo, None, False)
 
 
 @dataclass
@@ -84,72 +71,55 @@ class Session:
 
     Attributes
     ----------
-    sitters : dict
+    portraits : dict
         Role → photo and face.
     newest : int
         The highest sequence number of a preview asked for: older ones are stale.
     memo : Memo
         What its last previews were made of.
-    work : Lock
+    used : float
+        When it was last asked for, by the monotonic clock.
+    lock : Lock
         Held while the session computes: one thing at a time.
     """
 
-    sitters: dict[str, Sitter] = field(default_factory=dict)
+    portraits: dict[str, Portrait] = field(default_factory=dict)
     newest: int = -1
     memo: Memo = field(default_factory=Memo)
-    touched: float = field(default_factory=time.monotonic)
-    work: threading.Lock = field(default_factory=threading.Lock)
+    used: float = field(default_factory=time.monotonic)
+    lock: threading.Lock = field(default_factory=threading.Lock)
 
-    def sitter(self, role: str) -> Sitter:
+    def portrait(self, role: str, *, needed: bool = False) -> Portrait:
         """Return the photo of a role.
 
         Raises
         ------
         StudioError
-            If there is none.
+            If there is none: 404 where it is asked for itself, 409 where it is `needed` for something else.
         """
-        if role not in self.sitters:
-            raise StudioError(404, "no_photo", f"There is no {role} yet; drop a photo first.")
-        return self.sitters[role]
+        if role not in self.portraits:
+            message = f"There is no {role} yet; drop a photo first."
+            raise StudioError(409 if needed else 404, "no_photo", message)
+        return self.portraits[role]
 
-    def needed(self, role: str) -> Sitter:
-        """Return the photo of a role, for work that takes it.
-
-        Raises
-        ------
-        StudioError
-            If there is none; with another status than where the photo itself was asked for.
-        """
-        try:
-            return self.sitter(role)
-        except StudioError as error:
-            raise StudioError(409, error.code, str(error)) from None
-
-    def ready(self, role: str) -> tuple[Sitter, Landmarks]:
-        """Return the photo of a role and its landmarks, for work that takes both.
-
-        Raises
-        ------
-        StudioError
-            If one is missing.
-        """
-        sitter = self.needed(role)
-        if sitter.landmarks is None:
-            raise StudioError(409, "no_face", f"The {role} has no landmarks yet; place them by hand.")
-        return sitter, sitter.landmarks
+    def ready(self, role: str) -> tuple[Portrait, Landmarks]:
+        """Return the photo of a role and its landmarks; raise a `StudioError` if one is missing."""
+        portrait = self.portrait(role, needed=True)
+        return portrait, portrait.face(role)
 
     @property
     def size(self) -> int:
         """Bytes in memory, about."""
-        return sum(sitter.size for sitter in list(self.sitters.values())) + self.memo.size
+        held = [(portrait.photo, portrait.previews) for portrait in list(self.portraits.values())]
+        return size_of(held) + self.memo.size
 
     def forget(self) -> None:
-        """Forget what can be made anew, unless it is at work."""
-        if self.work.acquire(blocking=False):
+        """Forget what can be made again, unless the session is computing."""
+        if self.lock.acquire(blocking=False):
             self.memo = Memo()
-            for sitter in self.sitters.values():
-                sitter.previews = {}
-            self.work.release()
+            for portrait in self.portraits.values():
+                portrait.previews = {}
+            self.lock.release()
 
 
 class Sessions:
@@ -158,36 +128,30 @@ class Sessions:
     Parameters
     ----------
     most : int
-        How many there may be; the one that was idle longest makes room.
+        How many there may be; a new one replaces the one unused longest.
     most_bytes : int
         How much their photos and previews may hold together.
     """
 
     def __init__(self, most: int = 64, most_bytes: int = 2_000_000_000) -> None:
         self._most, self._most_bytes = most, most_bytes
-        self._by_token: dict[str, Session] = {}
+        self._by_token: dict[str, Session] = {}  # the one used last comes last
         self._lock = threading.Lock()
 
     def __len__(self) -> int:
         """Return how many there are."""
         return len(self._by_token)
 
-    def begin(self) -> str:
-        """Begin a session and return its token, which nobody can guess."""
+    def begin(self, photos: Sequence[Photo] = ()) -> str:
+        """Begin a session, with a target and a reference if given; return its token, which none can guess."""
+        token, session = secrets.token_urlsafe(24), Session()
         with self._lock:
-            self._sweep()
+            self._end_expired()
             while len(self._by_token) >= self._most:
-                self._end_idlest()
-            token = secrets.token_urlsafe(24)
-            self._by_token[token] = Session()
-            return token
-
-    def begin_with(self, photos: Sequence[Photo]) -> str:
-        """Begin a session that has a target and a reference already, and return its token."""
-        token = self.begin()
-        session = self.get(token)
-        for role, photo in zip(ROLES, photos, strict=True):
-            self.keep(session, role, seated(photo, role))
+                del self._by_token[next(iter(self._by_token))]
+            self._by_token[token] = session
+        for photo, role in zip(photos, ROLES, strict=False):
+            self.keep(session, role, Portrait.of(photo, role))
         return token
 
     def get(self, token: str) -> Session:
@@ -199,11 +163,11 @@ class Sessions:
             If there is none of this token, or it has expired.
         """
         with self._lock:
-            self._sweep()
-            session = self._by_token.get(token)
-            if session is None:
+            self._end_expired()
+            if token not in self._by_token:
                 raise StudioError(404, "not_found", "This session has ended; reload the page.")
-            session.touched = time.monotonic()
+            session = self._by_token[token] = self._by_token.pop(token)
+            session.used = time.monotonic()
             return session
 
     def end(self, token: str) -> None:
@@ -211,32 +175,30 @@ class Sessions:
         with self._lock:
             self._by_token.pop(token, None)
 
-    def keep(self, session: Session, role: str, sitter: Sitter) -> None:
-        """Give a session a photo; those idle longest end where memory would not do."""
+    def keep(self, session: Session, role: str, portrait: Portrait) -> None:
+        """Give a session a photo; sessions unused for longest end where memory would not do."""
         with self._lock:
-            session.sitters[role] = sitter
+            session.portraits[role] = portrait
+        self.make_room(session)
+
+    @contextmanager
+    def computing(self, session: Session) -> Iterator[None]:
+        """Let a session compute, alone; then make room for what it has made."""
+        with session.lock:
+            yield
         self.make_room(session)
 
     def make_room(self, session: Session) -> None:
-        """Where memory would not do, have others forget their previews, and then end, the idlest first."""
+        """Where memory runs out, have others forget their previews, then end, the longest unused first."""
         with self._lock:
-            excess = sum(one.size for one in self._by_token.values()) - self._most_bytes
-            others = sorted(
-                (one.touched, token) for token, one in self._by_token.items() if one is not session
-            )
-            for _, token in others:
-                if excess > 0:
-                    before = self._by_token[token].size
-                    self._by_token[token].forget()
-                    excess -= before - self._by_token[token].size
-            for _, token in others:
-                if excess > 0:
-                    excess -= self._by_token.pop(token).size
+            others = [(token, one) for token, one in self._by_token.items() if one is not session]
+            steps: list[Callable[[], object]] = [one.forget for _, one in others]
+            steps += [partial(self._by_token.pop, token) for token, _ in others]
+            for give_way in steps:
+                if sum(one.size for one in self._by_token.values()) <= self._most_bytes:
+                    break
+                give_way()
 
-    def _sweep(self) -> None:
+    def _end_expired(self) -> None:
         oldest = time.monotonic() - EXPIRES
-        for token in [token for token, one in self._by_token.items() if one.touched < oldest]:
-            del self._by_token[token]
-
-    def _end_idlest(self) -> None:
-        del self._by_token[min(self._by_token, key=lambda token: self._by_token[token].touched)]
+        self._by_token = {token: one for token, one in self._by_token.items() if one.used >= oldest}
