@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from relit.evaluate.evaluation import Images
 from relit.figures import INK, PAPER, page, strip
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from relit.evaluate.evaluation import Images
 
 _HEIGHT = 300
 _LEVELS = 128  # of difference that the histogram shows; nearly all pixels differ by less
@@ -38,20 +34,17 @@ def truth_figure(rows: Sequence[tuple[str, Images, str]]) -> NDArray[np.uint8]:
         difference = np.abs(images.relit[method] - images.truth)
         if difference.ndim == 3:
             difference = difference.mean(axis=2)
-        panels = [
-            (f"{name}: target", images.target),
-            ("reference", images.reference),
-            ("relit", images.relit[method]),
-            ("truth", images.truth),
-            (f"4 x difference; mean {difference.mean() / 2.55:.1f} %", np.minimum(4 * difference, 255)),
-            ("how often, and accumulated", difference_histogram(difference)),
-        ]
-        strips.append(strip([(caption, _as_picture(panel)) for caption, panel in panels], _HEIGHT))
+        panels: dict[str, NDArray[Any]] = {
+            f"{name}: target": images.target,
+            "reference": images.reference,
+            "relit": images.relit[method],
+            "truth": images.truth,
+            f"4 x difference; mean {difference.mean() / 2.55:.1f} %": 4 * difference,
+            "how often, and accumulated": difference_histogram(difference),
+        }
+        pictures = [np.clip(np.rint(panel), 0, 255).astype(np.uint8) for panel in panels.values()]
+        strips.append(strip([*zip(panels, pictures, strict=True)], _HEIGHT))
     return page(strips)
-
-
-def _as_picture(image: NDArray[Any]) -> NDArray[np.uint8]:
-    return np.asarray(np.clip(np.rint(image), 0, 255), np.uint8)
 
 
 def difference_histogram(difference: NDArray[np.float64], height: int = _HEIGHT) -> NDArray[np.uint8]:
@@ -74,25 +67,19 @@ def difference_histogram(difference: NDArray[np.float64], height: int = _HEIGHT)
     >>> difference_histogram(np.array([0.0, 1, 1, 40])).shape
     (300, 474, 3)
     """
-    text = height // 20
-    left, right, top, bottom = 2 * text, 4 * text, text, 3 * text
-    step = 3
-    width, tall = _LEVELS * step, height - top - bottom
-    picture = Image.new("RGB", (left + width + right, height), PAPER)
-    draw = ImageDraw.Draw(picture)
-    font = ImageFont.load_default(text)
     counts = np.bincount(np.minimum(np.rint(difference).astype(int), 255).ravel(), minlength=256)
     share = counts / counts.sum()
-    reached = np.cumsum(share)
+    text, step = height // 20, 3
+    left, right, top, bottom = 2 * text, 4 * text, text, 3 * text
+    width, tall = _LEVELS * step, height - top - bottom
     base = top + tall
-    for level in range(_LEVELS):
-        x = left + level * step
-        draw.rectangle((x, base - share[level] / share.max() * tall, x + step - 1, base), fill=_BARS)
-    draw.line(
-        [(left + (level + 0.5) * step, base - reached[level] * tall) for level in range(_LEVELS)],
-        fill=_LINE,
-        width=2,
-    )
+    picture = Image.new("RGB", (left + width + right, height), PAPER)
+    draw, font = ImageDraw.Draw(picture), ImageFont.load_default(text)
+    xs = range(left, left + width, step)
+    for x, bar in zip(xs, share / share.max() * tall, strict=False):
+        draw.rectangle((x, base - bar, x + step - 1, base), fill=_BARS)
+    heights = base - np.cumsum(share) * tall
+    draw.line([(x + step / 2, y) for x, y in zip(xs, heights, strict=False)], fill=_LINE, width=2)
     draw.rectangle((left, top, left + width, base), outline=INK)
     for level in range(0, _LEVELS, 32):
         draw.text((left + level * step, base + text // 3), str(level), fill=INK, font=font)

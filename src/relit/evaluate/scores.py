@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from relit.errors import ImageError
 from relit.ltv.decomposition import normalize
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 _WINDOW = 7
 _K1, _K2 = 0.01, 0.03

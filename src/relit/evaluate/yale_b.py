@@ -15,23 +15,20 @@ from __future__ import annotations
 import csv
 import json
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import shift
 
 from relit.errors import ImageError, LandmarkError, OptionError
 from relit.face.detect import detect_landmarks
 from relit.face.landmarks import Landmarks
 from relit.photo.photo import read_image
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
 
 
 class Light(NamedTuple):
@@ -99,7 +96,7 @@ class YaleB:
     def lights(self, subject: str) -> list[Light]:
         """Return the lights that a subject was photographed under."""
         names = [_NAME.search(path.name) for path in (self.folder / subject).glob(f"{subject}_P00A*.pgm")]
-        return sorted(Light(int(name[1]), int(name[2])) for name in names if name)
+        return sorted(Light(*map(int, name.groups())) for name in names if name)
 
     def photo(self, subject: str, light: Light) -> NDArray[Any]:
         """Return one image, (192, 168), as it was taken."""

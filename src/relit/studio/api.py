@@ -51,8 +51,8 @@ ThisSession = Annotated[Session, Depends(_session)]
 ThisPortrait = Annotated[Portrait, Depends(_portrait)]
 
 api = APIRouter(prefix="/api/v1", responses=described(403, 408, 413, 429))
-#: What there is of a session.
-one = APIRouter(prefix="/api/v1/sessions/{session}", responses=described(403, 404, 408, 413, 422, 429))
+#: Routes within a session.
+of_session = APIRouter(prefix="/api/v1/sessions/{session}", responses=described(403, 404, 408, 413, 422, 429))
 
 
 @api.get("/options")
@@ -82,13 +82,13 @@ def end(store: Store, session: Token) -> None:
     store.end(session)
 
 
-@one.get("")
+@of_session.get("")
 def about(session: ThisSession) -> models.Seats:
     """Describe the photos of a session, null where there is none."""
     return models.Seats.of(session.portraits)
 
 
-@one.post("/samples", responses=links(200, "$request.path.session", "render", "export", "swap"))
+@of_session.post("/samples", responses=links(200, "$request.path.session", "render", "export", "swap"))
 def samples(request: Request, session: ThisSession) -> models.Pair:
     """Load the two sample photos."""
     for role in ROLES:
@@ -96,7 +96,7 @@ def samples(request: Request, session: ThisSession) -> models.Pair:
     return models.Pair.of(session.portraits)
 
 
-@one.put("/photos/{role}", openapi_extra=FILE, responses=described(400))
+@of_session.put("/photos/{role}", openapi_extra=FILE, responses=described(400))
 async def put_photo(request: Request, session: ThisSession, role: models.Role) -> models.PhotoFacts:
     """Take a photo, as the body, and find its face."""
     # Not request.body(), which holds it twice for a while; and freed even where a traceback lives on.
@@ -120,7 +120,7 @@ def _take(request: Request, session: Session, role: str, data: io.BytesIO) -> mo
     return models.PhotoFacts.of(portrait, role)
 
 
-@one.get("/photos/{role}", **sends("image/jpeg", "The photo.", {}))
+@of_session.get("/photos/{role}", **sends("image/jpeg", "The photo.", {}))
 def get_photo(store: Store, session: ThisSession, portrait: ThisPortrait, side: Side = 1280) -> Response:
     """Return a photo as a JPEG in sRGB."""
     with store.computing(session):
@@ -128,13 +128,13 @@ def get_photo(store: Store, session: ThisSession, portrait: ThisPortrait, side: 
     return Response(jpeg(photo.pixels), media_type="image/jpeg")
 
 
-@one.get("/landmarks/{role}")
+@of_session.get("/landmarks/{role}")
 def get_landmarks(portrait: ThisPortrait) -> models.Marks | None:
     """Return the landmarks of a photo, null where there are none."""
     return models.Marks.of(portrait)
 
 
-@one.put("/landmarks/{role}", responses=described(400))
+@of_session.put("/landmarks/{role}", responses=described(400))
 def put_landmarks(portrait: ThisPortrait, role: models.Role, points: models.Points) -> models.Marks | None:
     """Place the landmarks of a photo."""
     return _place(portrait, role, as_points(points.model_dump(), f"{role}_landmarks"))
@@ -147,7 +147,7 @@ def _place(portrait: Portrait, role: str, landmarks: Landmarks) -> models.Marks 
     return models.Marks.of(portrait)
 
 
-@one.post("/landmarks/{role}/detect", responses=described(409))
+@of_session.post("/landmarks/{role}/detect", responses=described(409))
 def detect(portrait: ThisPortrait, role: models.Role) -> models.Marks | None:
     """Detect the landmarks of a photo again."""
     portrait.landmarks = _WORKERS.submit(detect_landmarks, portrait.photo.pixels, name=role).result()
@@ -155,7 +155,7 @@ def detect(portrait: ThisPortrait, role: models.Role) -> models.Marks | None:
     return models.Marks.of(portrait)
 
 
-@one.get("/landmarks/{role}/file", **sends("application/octet-stream", "The file.", NAMED, 409))
+@of_session.get("/landmarks/{role}/file", **sends("application/octet-stream", "The file.", NAMED, 409))
 def get_file(portrait: ThisPortrait, role: models.Role, suffix: Suffix) -> Response:
     """Return the landmarks of a photo as a file."""
     name = f"{role}{suffix}"
@@ -163,7 +163,7 @@ def get_file(portrait: ThisPortrait, role: models.Role, suffix: Suffix) -> Respo
     return _attached(data, name, "application/octet-stream")
 
 
-@one.put("/landmarks/{role}/file", openapi_extra=FILE, responses=described(400, 409))
+@of_session.put("/landmarks/{role}/file", openapi_extra=FILE, responses=described(400, 409))
 async def put_file(
     request: Request, portrait: ThisPortrait, role: models.Role, suffix: Suffix
 ) -> models.Marks | None:
@@ -176,7 +176,7 @@ async def put_file(
     return _place(portrait, role, landmarks)
 
 
-@one.post("/swap", responses=described(409))
+@of_session.post("/swap", responses=described(409))
 def swap(session: ThisSession) -> models.Pair:
     """Swap the roles of the two photos."""
     with session.lock:
@@ -185,7 +185,7 @@ def swap(session: ThisSession) -> models.Pair:
     return models.Pair.of(session.portraits)
 
 
-@one.post("/render", **sends("image/jpeg", "The view.", VIEW_HEADERS, 400, 409))
+@of_session.post("/render", **sends("image/jpeg", "The view.", VIEW_HEADERS, 400, 409))
 def render(store: Store, session: ThisSession, wanted: models.RenderRequest) -> Response:
     """Return a preview as a JPEG; a request that a newer one has overtaken is stale."""
     settings = TransferOptions().changed(**wanted.options)
@@ -210,7 +210,7 @@ def render(store: Store, session: ThisSession, wanted: models.RenderRequest) -> 
     return Response(jpeg(views[wanted.view]), media_type="image/jpeg", headers=headers)
 
 
-@one.post("/export", **sends("application/zip", "The files.", NAMED, 400, 409))
+@of_session.post("/export", **sends("application/zip", "The files.", NAMED, 400, 409))
 def export(store: Store, session: ThisSession, wanted: models.ExportRequest) -> Response:
     """Return the relit photo at full resolution, its landmarks and settings, in a ZIP file."""
     settings = TransferOptions().changed(**wanted.options)

@@ -64,7 +64,7 @@ def create_app(
     app.state.sessions = Sessions() if sessions is None else sessions
     app.state.most_bytes, app.state.most_pixels = most_bytes, most_pixels
     app.include_router(api.api)
-    app.include_router(api.one)
+    app.include_router(api.of_session)
     answer_failures(app)
     if page:
         static = str(resources.files("relit.studio") / "static")
