@@ -14,8 +14,9 @@ from relit.face.landmarks import Landmarks, as_landmarks, check_inside, check_pa
 from relit.face.regions import face_outline
 from relit.face.views import View, Window, view_of, window_round
 from relit.methods import WITH_SECOND_REFERENCE
+from relit.photo.foreign_images import opened
 from relit.photo.photo import Photo, in_one_profile
-from relit.photo.pixels import check_pixels, check_samples
+from relit.photo.pixels import check_samples
 from relit.warp.alignment import align
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+    from relit.photo.foreign_images import AnyImage
     from relit.settings.options import TransferOptions
     from relit.warp.alignment import Alignment
 
@@ -92,7 +94,7 @@ def laid_over(view: View, light: Reference, options: TransferOptions) -> Alignme
         light.landmarks,
         view.landmarks,
         view.pixels.shape,
-        kernel=options.kernel,  # type: ignore[arg-type]
+        kernel=options.kernel,
         affine=options.affine,
         smoothing=options.smoothing,
         dtype=view.pixels.dtype,
@@ -123,11 +125,16 @@ def _whole(shape: tuple[int, ...]) -> Window:
     return slice(0, shape[0]), slice(0, shape[1])
 
 
-def as_photo(image: AnyPhoto, name: str) -> Photo:
-    """Return an array or a photo as a photo that may hold a face."""
-    photo = image if isinstance(image, Photo) else Photo(image)
-    check_pixels(photo.pixels, name)
-    return photo
+def as_photo(image: AnyImage, name: str) -> Photo:
+    """Return an image of any kind as a photo that may hold a face."""
+    return opened(image, name).photo
+
+
+def as_photos(given: Any, name: str) -> Photo | list[Photo] | None:
+    """Return an image, or each of a list, as a photo."""
+    if isinstance(given, (list, tuple)):
+        return [as_photo(one, name) for one in given]
+    return None if given is None else as_photo(given, name)
 
 
 def landmarks_of(image: NDArray[Any], given: AnyLandmarks | None, name: str) -> Landmarks:

@@ -26,6 +26,7 @@ from relit.face.shape import face_shape
 from relit.face.views import View
 from relit.inputs import (
     as_photo,
+    as_photos,
     check_region_mask,
     check_second,
     face_view,
@@ -40,6 +41,7 @@ from relit.ltv.decomposition import FACE_SCALE
 from relit.ltv.g_value import lam_for
 from relit.methods import METHODS
 from relit.methods.scene import Scene
+from relit.photo.foreign_images import opened
 from relit.photo.photo import in_one_profile
 from relit.photo.pixels import to_unit
 from relit.photo.planes import PlaneSpace, plane_space
@@ -51,10 +53,13 @@ from relit.settings.studio_lights import studio_light
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from typing import Unpack
 
     from numpy.typing import NDArray
 
-    from relit.inputs import AnyLandmarks, AnyPhoto, Reference
+    from relit.inputs import AnyLandmarks, Reference
+    from relit.photo.foreign_images import AnyImage
+    from relit.settings.transfer_changes import TransferChanges
 
 _CELL = 1 / 20  # of the interocular distance, and at least 2 px: the size of the membrane's cells
 _SETTLED = 0.4  # interocular distances, over which a change that is carried on turns into the mean
@@ -62,17 +67,17 @@ _LEAST = 1e-4  # brightness of 1 below which a relit plane is black
 
 
 def transfer(
-    target: AnyPhoto,
-    reference: AnyPhoto | Sequence[AnyPhoto] | None = None,
+    target: AnyImage,
+    reference: AnyImage | Sequence[AnyImage] | None = None,
     *,
     target_landmarks: AnyLandmarks | None = None,
     reference_landmarks: AnyLandmarks | Sequence[AnyLandmarks | None] | None = None,
-    second_reference: AnyPhoto | None = None,
+    second_reference: AnyImage | None = None,
     second_landmarks: AnyLandmarks | None = None,
     region_mask: NDArray[Any] | None = None,
     detail: float | None = None,
     options: TransferOptions | None = None,
-    **changes: Any,
+    **changes: Unpack[TransferChanges],
 ) -> TransferResult:
     """Relight the face in one photo with the light on the face in another, or with a light by name.
 
@@ -82,12 +87,14 @@ def transfer(
 
     Parameters
     ----------
-    target : (H, W) or (H, W, 3) array, or Photo
-        Grey or sRGB photo of any size: uint8, uint16, or float32/float64 in [0, 1]. Of a `Photo` that
-        `read_image` gave, the pixels.
+    target : array, Photo, PIL image, torch tensor, or path
+        Grey or RGB photo of any size: an array ``(H, W)`` or ``(H, W, 3)``, also ``(H, W, 1)``, or with alpha
+        ``(H, W, 2)`` or ``(H, W, 4)``, of uint8, uint16, or float32/float64 in [0, 1], in sRGB; a `Photo`; a
+        PIL image (L, RGB, with alpha or without, I;16); a tensor ``(1, H, W)`` or ``(3, H, W)``; or the path
+        of a photo.
     reference : like target, or a list of such, optional
-        Taken to the colour profile of the target. Of several, pixel by pixel the median of what they do
-        counts. None with ``light=...``.
+        Of any of these kinds. Taken to the colour profile of the target. Of several, pixel by pixel the
+        median of what they do counts. None with ``light=...``.
     target_landmarks, reference_landmarks : Landmarks or (n, 2) or (n, 3) array_like, optional
         ``(x, y)`` in px, paired row by row; 478 rows are taken as the face mesh, 68 as iBUG, 189 as FRL. By
         default the largest face of each photo is detected. Of a list of references, a list.
@@ -107,12 +114,14 @@ def transfer(
     Returns
     -------
     TransferResult
-        With the relit photo as ``.image``.
+        With the relit photo as ``.image``, of the kind that the target is, with its alpha; of a `Photo` or a
+        path, the array of pixels.
 
     Raises
     ------
     ImageError
-        If a photo has another shape, dtype or range, or a side below 8 px.
+        If a photo has another shape, dtype or range, or a side below 8 px, or cannot be read; or is a grey
+        PIL image of 16 bits and would get colours, which PIL has not.
     FaceNotFoundError
         If landmarks are to be detected and there is no face.
     LandmarkError
@@ -135,7 +144,10 @@ def transfer(
     ([80, 160], 61)
     """
     settings = (options or TransferOptions()).changed(**changes)
-    photo = as_photo(target, "target")
+    photo, back = opened(target, "target")
+    reference = as_photos(reference, "reference")
+    if second_reference is not None:
+        second_reference = as_photo(second_reference, "second_reference")
     if detail is not None and not (np.isfinite(detail) and detail > 0):
         raise OptionError(f"detail: expected a finite number of px above 0, or None, got {detail!r}")
     given = given_references(reference, reference_landmarks, settings)
@@ -156,7 +168,7 @@ def transfer(
         second = second and in_profile_of(photo, second)
         view = face_view(photo.pixels, here, settings, detail)
         grey = not lights or lights[0].photo.pixels.ndim == 2
-        space = plane_space(photo.pixels.ndim == 2, grey, settings.color_space, settings.lit_channels)  # type: ignore[arg-type]
+        space = plane_space(photo.pixels.ndim == 2, grey, settings.color_space, settings.lit_channels)
         face = face_mask(view.landmarks, view.pixels.shape) > 0.5
         shared = _Shared(
             view,
@@ -187,7 +199,7 @@ def transfer(
         )
     relit = np.clip(shared.base * np.exp(change), 0, 1)
     return TransferResult(
-        image,
+        back(image),
         photo.pixels,
         tuple(light.original for light in lights),
         here,

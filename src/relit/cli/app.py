@@ -97,7 +97,7 @@ def align(
             there,
             here,
             photo.pixels.shape,
-            kernel=settings.kernel,  # type: ignore[arg-type]
+            kernel=settings.kernel,
             affine=settings.affine,
             smoothing=settings.smoothing,
         )

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from relit.face.landmarks import Landmarks
+from relit.photo.pixels import size_and_dtype
 from relit.photo.resampling import reduced
 
 if TYPE_CHECKING:
@@ -42,6 +43,10 @@ class View:
     landmarks: Landmarks
     window: Window
     factor: int
+
+    def __repr__(self) -> str:
+        """Return size and dtype, and by how much the photo is reduced."""
+        return f"View({size_and_dtype(self.pixels)}, factor={self.factor})"
 
 
 def view_of(image: NDArray[Any], landmarks: Landmarks, window: Window, factor: int) -> View:
