@@ -38,7 +38,7 @@ def test_every_step_is_told_in_one_line(result):
     expected = {
         "first": r"Lighting\(59x53 grey uint8, known=\d+%\)",
         "first.alignment": r"Alignment\(59x53 grey uint8, folded=0, smoothing=0\.001, scale=1\)",
-        "first.target_split": r"Decomposition\(59x53 (grey )?float32, lam=0\.\d+, neighborhood=4\)",
+        "first.target_split": r"Decomposition\(59x53 (grey )?float32, lam=\d\.\d+, neighborhood=4\)",
         "view": r"View\(59x53 uint8, factor=1\)",
         "target_landmarks": r"Landmarks\(5 points, interocular distance \d+\.\d px\)",
     }

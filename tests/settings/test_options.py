@@ -66,7 +66,8 @@ def test_types_allow_what_is_declared_and_no_other_words(option):
         ("light", (np.nan, 0)),
         ("light", (10**400, 0)),
         ("light", (1,)),
-        ("light", [1, 2, 3]),
+        ("light", (1, 2, 3)),
+        ("light", [1, 2]),
         ("light", ("1", "2")),
         ("light", (True, False)),
         ("light", {"rim"}),
@@ -134,7 +135,7 @@ def test_values_in_range_pass(values):
     ("given", "kept"),
     [
         ((-30, 20), "-30,20"),
-        ([12.5, -0.0], "12.5,-0"),
+        ((12.5, -0.0), "12.5,-0"),
         ((np.float32(0.1), 1e-7), "0.10000000149011612,0.0000001"),
         ("-30, 20", "-30, 20"),
     ],

@@ -171,16 +171,16 @@ def epochs(image, marks, augment, count, generator=None, **settings):
 )
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
 def test_epochs_differ_and_a_run_repeats(image, marks, settings):
-    def run(seed, torch_seed):
+    def run(torch_seed):
         generator = torch.Generator().manual_seed(torch_seed)
-        return epochs(image, marks, RelightAugment(p=1, seed=seed, detail=10), 2, generator, **settings)
+        return epochs(image, marks, RelightAugment(p=1, seed=4, detail=10), 2, generator, **settings)
 
-    first = run(4, 1)
-    assert first == run(4, 1)
-    lights = [light for epoch in (*first, *run(5, 1)) for worker in epoch for light in worker]
-    assert len(lights) == 32
-    assert len(set(lights)) > 28  # now and then two lights have one fingerprint
-    assert (first == run(4, 2)) == (settings["num_workers"] == 0)
+    first = run(1)
+    assert first == run(1)
+    lights = [light for epoch in first for worker in epoch for light in worker]
+    assert len(lights) == 16
+    assert len(set(lights)) > 13  # now and then two lights have one fingerprint
+    assert (first == run(2)) == (settings["num_workers"] == 0)
 
 
 @pytest.mark.parametrize("method", ["fork", "spawn"])

@@ -41,7 +41,7 @@ class TransferOptions:
     Attributes
     ----------
     method : str
-        How to relight: by ``shading``, as docs/shading.md tells, or by ``ltv``, the algorithm of Li, Yin and
+        How to relight: by ``shading``, as in docs/shading.md, or by ``ltv``, the algorithm of Li, Yin and
         Deng (2009). ``log-gaussian``, ``wls``, ``moments``, ``histogram`` and ``spherical-harmonics`` are
         there to compare with, and so are ``quotient`` and ``expression-ratio``, which take a second
         reference; each is in `relit.methods`.
@@ -271,12 +271,12 @@ class TransferOptions:
 
     @property
     def stops(self) -> float | None:
-        """By how many stops the face is to be brighter than the target's; None where that is not said."""
+        """By how many stops the face gets brighter than the target's; None where the option is no number."""
         return None if self.exposure is None or isinstance(self.exposure, str) else float(self.exposure)
 
     @property
     def tint_share(self) -> float | None:
-        """How much of the reference's overall colour the face takes on; None where that is not said."""
+        """How much of the reference's overall colour the face takes on; None by default."""
         if self.tint is None or isinstance(self.tint, str):
             return {"keep": 0.0, "take": 1.0, "neutral": 0.0}.get(self.tint or "")
         return float(self.tint)

@@ -48,14 +48,14 @@ def light_text(light: Any) -> Any:
     Raises
     ------
     OptionError
-        If it is a sequence, but not of two angles within ±180 and ±90 degrees.
+        If it is a tuple, but not of two angles within ±180 and ±90 degrees.
 
     Examples
     --------
     >>> light_text((-30, 12.5)), light_text("loop")
     ('-30,12.5', 'loop')
     """
-    if not isinstance(light, (tuple, list)):
+    if not isinstance(light, tuple):  # a list comes from JSON, where a light is text
         return light
     if len(light) == 2 and all(map(is_finite, light)) and _is_in_range(*light):
         return ",".join(np.format_float_positional(float(angle), trim="-") for angle in light)

@@ -7,7 +7,6 @@ worker goes by the seed that torch gives it, too. So workers and epochs differ, 
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from operator import index
 from secrets import randbits
@@ -21,8 +20,9 @@ from relit.face.landmarks import as_landmarks, check_inside
 from relit.photo.foreign_images import opened
 from relit.photo.photo import Photo
 from relit.relighting import transfer
-from relit.runtime.threads import available, limit
+from relit.runtime.threads import limit
 from relit.settings.option_fields import is_finite
+from relit.train.data_loader import loader_worker, share_of_threads
 from relit.train.image_in_sample import find, put, take
 from relit.train.random_settings import RandomSettings
 from relit.train.reference_pool import ReferencePool
@@ -67,7 +67,7 @@ class RelightAugment:
         Probability that an image is relit. Otherwise it is returned itself.
     on_missing : {"keep", "raise"}
         Whether an image in which no face is found is returned itself, or an error. A reference without a face
-        always is one; `prepare` tells early.
+        always is one; `prepare` finds out early.
     seed : int, optional
         With it, a run can be repeated: see Notes. Without, draws differ in every process, epoch and run.
     reference_landmarks : list of (landmarks or None), optional
@@ -218,7 +218,7 @@ class RelightAugment:
         reference = marks = None
         if self._pool and draw.reference is not None:
             reference, marks = self._pool.seen(draw.reference, photo, draw.options, self.detail)
-        with limit(_share()):
+        with limit(share_of_threads()):
             result = transfer(
                 photo,
                 reference,
@@ -318,23 +318,11 @@ class RelightAugment:
 
     def _process(self) -> tuple[int, ...]:
         """Return the number of this process, and in a worker whose epoch is not known, its torch seed."""
-        info = _loader()
+        info = loader_worker()
         if info is None:
             return (0,)
         known = self.seed is not None and self._epoch is not None
         return (info.id + 1,) if known else (info.id + 1, info.seed)
-
-
-def _loader() -> Any:
-    """Return what torch says of the worker of a ``DataLoader`` that this process is; None if it is none."""
-    data = sys.modules.get("torch.utils.data")
-    return data.get_worker_info() if data else None
-
-
-def _share() -> int:
-    """Return how many threads this process may take: workers share the cores."""
-    info = _loader()
-    return available() if info is None else max(1, available() // info.num_workers)
 
 
 def _count(name: str, value: Any) -> int:
