@@ -25,9 +25,10 @@ Kernel = Literal["thin_plate_spline", "multiquadric", "gaussian"]
 
 
 class TransferChanges(TypedDict, total=False):
-    """Keywords that change single fields of `TransferOptions`, which tells what they mean.
+    """Keywords that change single fields of `TransferOptions`, which says what they mean.
 
-    They are written out, since type checkers run no code; a test compares them with the fields.
+    A function that hands keywords on to `relit.transfer` takes ``**changes: Unpack[TransferChanges]``. They
+    are written out, since type checkers run no code; a test compares them with the fields.
     """
 
     method: Method
