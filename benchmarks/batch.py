@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from relit.batch.engines import Engine
+    from relit.settings.transfer_changes import MethodName
 
 _RELIT = "from relit.cli.app import main; main()"
 _SIZES = (256, 512, 1024)  # px
@@ -47,7 +48,7 @@ _TARGETS, _REFERENCES, _ROUNDS = 1, 8, 9
 @click.option("--rows", default=10_000, show_default=True, help="Of the long run, of small photos.")
 @click.option("--rounds", default=_ROUNDS, show_default=True)
 @click.option("--method", default="shading", show_default=True)
-def main(rows: int, rounds: int, method: str) -> None:
+def main(rows: int, rounds: int, method: MethodName) -> None:
     """Run the benchmarks."""
     with tempfile.TemporaryDirectory() as name:
         if rounds:
@@ -72,7 +73,9 @@ def _workers(count: int) -> Iterator[Engine]:
         os.sched_setaffinity(0, cores)
 
 
-def _costs(folder: Path, size: int, rounds: int, method: str, bare: Engine, one: Engine, two: Engine) -> None:
+def _costs(
+    folder: Path, size: int, rounds: int, method: MethodName, bare: Engine, one: Engine, two: Engine
+) -> None:
     _photos(folder / "t", "target.png", _TARGETS, size)
     _photos(folder / "r", "reference.jpg", _REFERENCES, size)
     _manifest(folder, _TARGETS * _REFERENCES)
@@ -114,7 +117,7 @@ def _ratio(taken: Any, over: int, under: int) -> str:
     return f"{np.median(found):.2f} ({found[0]:.2f} to {found[-1]:.2f})"
 
 
-def _done(lent: Engine, folder: Path, out: Path, method: str, *, shared: bool = True) -> float:
+def _done(lent: Engine, folder: Path, out: Path, method: MethodName, *, shared: bool = True) -> float:
     """Return the seconds of a row of a batch."""
     start = time.perf_counter()
     plan = Plan("transfer", str(out), False, f"{out}-cache" if shared else None, 10**9)
@@ -125,7 +128,7 @@ def _done(lent: Engine, folder: Path, out: Path, method: str, *, shared: bool = 
     return (time.perf_counter() - start) / counts.total
 
 
-def loop(folder: str, method: str) -> float:
+def loop(folder: str, method: MethodName) -> float:
     """Relight pairs as a short script would; return the seconds of one."""
     start, done = time.perf_counter(), 0
     for target in sorted(Path(folder, "t").glob("*.png")):

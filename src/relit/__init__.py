@@ -3,14 +3,12 @@
 The target keeps the person, the reference gives the light:
 
 >>> import relit
->>> target = relit.read_image(relit.sample("target"))
->>> reference = relit.read_image(relit.sample("reference"))
->>> result = relit.transfer(target.pixels, reference.to_profile(target.profile).pixels)
->>> result.image.shape == target.pixels.shape
-True
+>>> result = relit.transfer(relit.sample("target"), relit.sample("reference"))
+>>> result  # doctest: +ELLIPSIS
+TransferResult(512x512 uint8, 1 reference, method='shading', ...)
 
-Images are arrays, ``(H, W)`` grey or ``(H, W, 3)`` RGB, of uint8, uint16, or floats in [0, 1]. Landmarks are
-``(x, y)`` in px, pixel centres at integers.
+Images are arrays, ``(H, W)`` grey or ``(H, W, 3)`` RGB, of uint8, uint16, or floats in [0, 1]; paths, PIL
+images and torch tensors are taken, too. Landmarks are ``(x, y)`` in px, pixel centres at integers.
 """
 
 from __future__ import annotations
@@ -38,6 +36,7 @@ if TYPE_CHECKING:
     from relit.relighting import transfer
     from relit.results import Lighting, TransferResult
     from relit.settings.options import TransferOptions
+    from relit.settings.transfer_changes import TransferChanges
     from relit.solver.certificate import Certificate, certify
     from relit.solver.exact import tv_l1
     from relit.solver.isotropic import IsotropicSolution, tv_l1_isotropic
@@ -63,6 +62,7 @@ _HOME = {
     "Photo": "photo.photo",
     "RelightAugment": "train.augment",
     "RelitError": "errors",
+    "TransferChanges": "settings.transfer_changes",
     "TransferOptions": "settings.options",
     "TransferResult": "results",
     "align": "warp.alignment",
@@ -96,6 +96,7 @@ __all__ = [
     "Photo",
     "RelightAugment",
     "RelitError",
+    "TransferChanges",
     "TransferOptions",
     "TransferResult",
     "align",

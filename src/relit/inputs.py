@@ -15,8 +15,9 @@ from relit.face.landmarks import Landmarks, as_landmarks, check_inside, check_pa
 from relit.face.outline import face_outline
 from relit.face.views import View, view_of, whole, window_round
 from relit.ltv.g_value import lam_for
+from relit.photo.foreign_images import opened
 from relit.photo.photo import Photo
-from relit.photo.pixels import check_pixels, check_samples
+from relit.photo.pixels import check_samples
 from relit.photo.planes import PlaneSpace, plane_space
 from relit.settings.methods import WITH_SECOND_REFERENCE
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+    from relit.photo.foreign_images import AnyImage
     from relit.settings.options import TransferOptions
 
     AnyPhoto = NDArray[Any] | Photo
@@ -112,7 +114,7 @@ def look(
         target = target.to_profile(None)  # a grey profile knows no colours
     view = _face_view(target.pixels, here, options, detail)
     grey = (target.pixels.ndim == 2, not seen or seen[0].photo.pixels.ndim == 2)
-    space = plane_space(*grey, options.color_space, options.lit_channels)  # type: ignore[arg-type]
+    space = plane_space(*grey, options.color_space, options.lit_channels)
     return Seen(
         photo=target,
         landmarks=here,
@@ -171,11 +173,16 @@ def reduction(landmarks: Landmarks, options: TransferOptions, detail: float | No
     return max(int(landmarks.interocular_distance / (detail or options.record.working_iod)), 1)
 
 
-def as_photo(image: AnyPhoto, name: str) -> Photo:
-    """Return an array or a photo as a photo that may hold a face."""
-    photo = image if isinstance(image, Photo) else Photo(image)
-    check_pixels(photo.pixels, name)
-    return photo
+def as_photo(image: AnyImage, name: str) -> Photo:
+    """Return an image of any kind as a photo that may hold a face."""
+    return opened(image, name).photo
+
+
+def as_photos(given: Any, name: str) -> Photo | list[Photo] | None:
+    """Return an image, or each of a list, as a photo."""
+    if isinstance(given, (list, tuple)):
+        return [as_photo(one, name) for one in given]
+    return None if given is None else as_photo(given, name)
 
 
 def landmarks_of(image: NDArray[Any], given: AnyLandmarks | None, name: str) -> Landmarks:

@@ -21,11 +21,12 @@ from relit.compose.membrane import carried_on
 from relit.compose.trust import known
 from relit.errors import OptionError
 from relit.face.shape import face_shape
-from relit.inputs import as_photo, check_region_mask, check_second, given_references, look
+from relit.inputs import as_photo, as_photos, check_region_mask, check_second, given_references, look
 from relit.light.rendering import render
 from relit.ltv.decomposition import lam_in_px
 from relit.methods import RELIGHT
 from relit.methods.scene import Relit, Scene
+from relit.photo.foreign_images import opened
 from relit.results import Lighting, TransferResult
 from relit.runtime.timing import Stopwatch
 from relit.settings.options import TransferOptions
@@ -34,27 +35,30 @@ from relit.warp.alignment import Alignment, lay_over
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from typing import Unpack
 
     from numpy.typing import NDArray
 
-    from relit.inputs import AnyLandmarks, AnyPhoto, Reference, Seen
+    from relit.inputs import AnyLandmarks, Reference, Seen
     from relit.methods.shading import LightAndPerson
+    from relit.photo.foreign_images import AnyImage
+    from relit.settings.transfer_changes import TransferChanges
 
 _LEAST = 1e-4  # brightness of 1 below which a relit plane is black
 
 
 def transfer(
-    target: AnyPhoto,
-    reference: AnyPhoto | Sequence[AnyPhoto] | None = None,
+    target: AnyImage,
+    reference: AnyImage | Sequence[AnyImage] | None = None,
     *,
     target_landmarks: AnyLandmarks | None = None,
     reference_landmarks: AnyLandmarks | Sequence[AnyLandmarks | None] | None = None,
-    second_reference: AnyPhoto | None = None,
+    second_reference: AnyImage | None = None,
     second_landmarks: AnyLandmarks | None = None,
     region_mask: NDArray[Any] | None = None,
     detail: float | None = None,
     options: TransferOptions | None = None,
-    **changes: Any,
+    **changes: Unpack[TransferChanges],
 ) -> TransferResult:
     """Relight the face in one photo with the light on the face in another, or with a light by name.
 
@@ -64,12 +68,14 @@ def transfer(
 
     Parameters
     ----------
-    target : (H, W) or (H, W, 3) array, or Photo
-        Grey or sRGB photo of any size: uint8, uint16, or float32/float64 in [0, 1]. Of a `Photo` that
-        `read_image` gave, the pixels.
+    target : array, Photo, PIL image, torch tensor, or path
+        Grey or RGB photo of any size: an array ``(H, W)`` or ``(H, W, 3)``, also ``(H, W, 1)``, or with alpha
+        ``(H, W, 2)`` or ``(H, W, 4)``, of uint8, uint16, or float32/float64 in [0, 1], in sRGB; a `Photo`; a
+        PIL image (L, RGB, with alpha or without, I;16); a tensor ``(1, H, W)`` or ``(3, H, W)``; or the path
+        of a photo.
     reference : like target, or a list of such, optional
-        Taken to the colour profile of the target. Of several, pixel by pixel the median of what they do
-        counts. None with ``light=...``.
+        Of any of these kinds. Taken to the colour profile of the target. Of several, pixel by pixel the
+        median of what they do counts. None with ``light=...``.
     target_landmarks, reference_landmarks : Landmarks or (n, 2) or (n, 3) array_like, optional
         ``(x, y)`` in px, paired row by row; 478 rows are taken as the face mesh, 68 as iBUG, 189 as FRL. By
         default the largest face of each photo is detected. Of a list of references, a list.
@@ -89,12 +95,14 @@ def transfer(
     Returns
     -------
     TransferResult
-        With the relit photo as ``.image``.
+        With the relit photo as ``.image``, of the kind that the target is, with its alpha; of a `Photo` or a
+        path, the array of pixels.
 
     Raises
     ------
     ImageError
-        If a photo has another shape, dtype or range, or a side below 8 px.
+        If a photo has another shape, dtype or range, or a side below 8 px, or cannot be read; or is a grey
+        PIL image of 16 bits and would get colours, which PIL has not.
     FaceNotFoundError
         If landmarks are to be detected and there is no face.
     LandmarkError
@@ -117,7 +125,10 @@ def transfer(
     ([80, 160], 61)
     """
     settings = (options or TransferOptions()).changed(**changes)
-    photo = as_photo(target, "target")
+    photo, back = opened(target, "target")
+    reference = as_photos(reference, "reference")
+    if second_reference is not None:
+        second_reference = as_photo(second_reference, "second_reference")
     if detail is not None and not (np.isfinite(detail) and detail > 0):
         raise OptionError(f"detail: expected a finite number of px above 0, or None, got {detail!r}")
     given = given_references(reference, reference_landmarks, settings)
@@ -142,7 +153,7 @@ def transfer(
         image = blend(seen.photo.pixels, seen.view, change, mask, seen.space, seen.base)
 
     return TransferResult(
-        image=image,
+        image=back(image),
         target=seen.photo.pixels,
         references=tuple(one.original for one in seen.references),
         target_landmarks=seen.landmarks,
@@ -185,7 +196,7 @@ def _laid_over(seen: Seen, reference: Reference, options: TransferOptions) -> Al
         reference.landmarks,
         seen.view.landmarks,
         seen.view.pixels.shape,
-        kernel=options.kernel,  # type: ignore[arg-type]
+        kernel=options.kernel,
         affine=options.affine,
         smoothing=options.smoothing,
         dtype=seen.view.pixels.dtype,

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from relit.photo.pixels import size_and_dtype
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -53,6 +55,11 @@ class Lighting:
     reference_split: Decomposition | None
     layers: Mapping[str, NDArray[np.float32]]
 
+    def __repr__(self) -> str:
+        """Return the size of the view, and how much of the change is known."""
+        known = "all" if self.known is None else f"{self.known.mean():.0%}"
+        return f"Lighting({size_and_dtype(self.warped)}, known={known})"
+
 
 @dataclass(frozen=True, eq=False)
 class TransferResult:
@@ -60,13 +67,13 @@ class TransferResult:
 
     Attributes
     ----------
-    image : (H, W) or (H, W, 3) array
-        The target in the new light, in the target's dtype and shape; RGB where a grey target took the
-        colours of a reference.
-    target : array
-        As given, or of a `Photo`, the pixels in the colour space of the transfer.
+    image : array, PIL image or torch tensor
+        The target in the new light: of its kind, dtype and shape, with its alpha; RGB where a grey target
+        took the colours of a reference. Of a `Photo` or a path, the array of pixels.
+    target : (H, W) or (H, W, 3) array
+        The target's pixels, in the colour space of the transfer.
     references : tuple of array
-        As given, or of a `Photo`, the pixels; none of a light by name.
+        The references' pixels; none of a light by name.
     target_landmarks : Landmarks
         As given or detected.
     references_landmarks : tuple of Landmarks
@@ -90,7 +97,7 @@ class TransferResult:
         Wall time by stage.
     """
 
-    image: NDArray[Any]
+    image: Any
     target: NDArray[Any]
     references: tuple[NDArray[Any], ...]
     target_landmarks: Landmarks
@@ -103,6 +110,13 @@ class TransferResult:
     options: TransferOptions
     lam: float
     seconds: Mapping[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        """Return the size, what gave the light, the method, and the time."""
+        count = len(self.references)
+        light = f"{count} reference{'s' * (count > 1)}" if count else f"light={self.options.light!r}"
+        method, seconds = f"method={self.options.method!r}", f"{sum(self.seconds.values()):.1f} s"
+        return f"TransferResult({', '.join([size_and_dtype(self.target), light, method, seconds])})"
 
     @property
     def window(self) -> Window:

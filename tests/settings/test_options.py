@@ -2,12 +2,15 @@
 
 import re
 from dataclasses import FrozenInstanceError, fields
+from typing import Literal, get_args, get_origin, get_type_hints
 
 import numpy as np
 import pytest
 
 from relit.errors import OptionError
 from relit.settings.options import TransferOptions
+from relit.settings.studio_lights import studio_light
+from relit.settings.transfer_changes import TransferChanges
 
 
 def test_every_option_declares_its_flag_and_help():
@@ -15,6 +18,30 @@ def test_every_option_declares_its_flag_and_help():
         assert option.metadata["flag"].startswith("--")
         assert len(option.metadata["help"]) > 15
         assert f"    {option.name} : " in TransferOptions.__doc__
+
+
+def test_options_have_the_types_that_editors_see():
+    assert get_type_hints(TransferChanges) == get_type_hints(TransferOptions)
+    assert not TransferChanges.__required_keys__
+
+
+@pytest.mark.parametrize("option", fields(TransferOptions), ids=lambda option: option.name)
+def test_types_allow_what_is_declared_and_no_other_words(option):
+    kind = get_type_hints(TransferChanges)[option.name]
+    parts = [kind] if get_origin(kind) is Literal else get_args(kind) or [kind]
+    words = [word for part in parts if get_origin(part) is Literal for word in get_args(part)]
+    others = {part for part in parts if get_origin(part) is not Literal}
+    declared = option.metadata
+    expected = set() if declared["choices"] else {type(option.default)}
+    if declared["text"]:
+        assert words == list(declared["choices"])
+        expected |= set() if declared["choices"] else {str}
+    else:
+        assert words == [*declared["choices"], *declared["words"]]
+        limits = (declared["at_least"], declared["at_most"], declared["above"])
+        expected |= {float} if any(limit is not None for limit in limits) else set()
+    expected |= {tuple[float, float]} if option.name == "light" else set()
+    assert others == expected
 
 
 @pytest.mark.parametrize(
@@ -35,6 +62,15 @@ def test_every_option_declares_its_flag_and_help():
         ("light", "sun"),
         ("light", 3),
         ("light", "10,100"),
+        ("light", (10, 100)),
+        ("light", (np.nan, 0)),
+        ("light", (10**400, 0)),
+        ("light", (1,)),
+        ("light", (1, 2, 3)),
+        ("light", [1, 2]),
+        ("light", ("1", "2")),
+        ("light", (True, False)),
+        ("light", {"rim"}),
         ("region", "hat"),
         ("region", ""),
         ("region", "left+"),
@@ -93,6 +129,23 @@ def test_values_out_of_range_are_refused_by_name(name, value):
 def test_values_in_range_pass(values):
     options = TransferOptions(**values)
     assert all(getattr(options, name) == value for name, value in values.items())
+
+
+@pytest.mark.parametrize(
+    ("given", "kept"),
+    [
+        ((-30, 20), "-30,20"),
+        ((12.5, -0.0), "12.5,-0"),
+        ((np.float32(0.1), 1e-7), "0.10000000149011612,0.0000001"),
+        ("-30, 20", "-30, 20"),
+    ],
+)
+def test_a_lamp_given_by_its_angles_is_kept_as_text(given, kept):
+    options = TransferOptions(light=given)
+    assert options.light == kept == TransferOptions().changed(light=given).light
+    if not isinstance(given, str):
+        assert studio_light(options.light)[:2] == tuple(map(float, given))
+        assert options == TransferOptions(light=kept)
 
 
 def test_channels_are_checked_against_the_color_space():

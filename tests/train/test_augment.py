@@ -145,6 +145,9 @@ def test_a_reference_without_a_face_is_refused(image, marks, tmp_path):
 
 def test_draws_follow_the_documented_key():
     augment = RelightAugment(p=0.5, seed=3)
+    for number, draw in enumerate(draws(augment, 30)):
+        key = np.random.SeedSequence(3, spawn_key=(0, 0, number))
+        assert draw.applied == (np.random.Generator(np.random.PCG64(key)).random() < 0.5)
     augment.set_epoch(4)
     for worker in (None, 0, 6):
         for number, draw in enumerate(draws(augment, 30, worker=worker)):
@@ -155,12 +158,10 @@ def test_draws_follow_the_documented_key():
 
 def test_seeds_epochs_and_workers_draw_differently():
     augment = RelightAugment(seed=1)
-    others = [
-        draws(augment),
-        draws(augment, worker=0),
-        draws(augment, worker=1),
-        draws(RelightAugment(seed=2)),
-    ]
+    others = [draws(augment), draws(RelightAugment(seed=2))]
+    augment.set_epoch(0)
+    assert draws(augment) == others[0]
+    others += [draws(augment, worker=worker) for worker in (0, 1)]
     augment.set_epoch(1)
     others.append(draws(augment))
     assert len({tuple(draw.options.light for draw in some) for some in others}) == len(others)
@@ -301,18 +302,21 @@ def _relit(augment, draw, image, marks):
     return relit.transfer(image, light, target_landmarks=marks, options=draw.options).image
 
 
-def test_without_a_seed_workers_follow_their_own(monkeypatch):
-    augment = RelightAugment(p=1)
+@pytest.mark.parametrize("seed", [None, 5])
+def test_workers_follow_the_seed_that_torch_gives_them_until_an_epoch_is_set(image, marks, monkeypatch, seed):
+    augment = RelightAugment(p=1, seed=seed, detail=10)
 
     def lights_with(**info):
-        told = SimpleNamespace(get_worker_info=lambda: SimpleNamespace(**info))
+        told = SimpleNamespace(get_worker_info=lambda: SimpleNamespace(**info, num_workers=2))
         monkeypatch.setitem(sys.modules, "torch.utils.data", told)
         again = copy.deepcopy(augment)
-        return [again._draw(number, again._worker()).options.light for number in range(5)]
+        return [again(image, landmarks=marks).sum() for _ in range(3)]
 
     same, epoch, worker = lights_with(id=0, seed=9), lights_with(id=0, seed=10), lights_with(id=1, seed=9)
     assert same == lights_with(id=0, seed=9)
     assert same != epoch != worker != same
+    augment.set_epoch(0)
+    assert (lights_with(id=0, seed=9) == lights_with(id=0, seed=10)) == (seed is not None)
 
 
 # Kinds of images
@@ -363,6 +367,20 @@ def test_pil_images_come_back_as_they_went_in(image, marks, mode):
     np.testing.assert_array_equal(np.asarray(made), expected)
 
 
+@pytest.mark.parametrize("planes", [1, 2, 4])
+def test_arrays_keep_their_alpha_and_their_only_channel(image, marks, planes):
+    alpha = np.arange(image[..., 0].size).reshape(image.shape[:2]) % 256
+    array = {1: image[..., 1:2], 2: np.dstack([image[..., 1], alpha]), 4: np.dstack([image, alpha])}[planes]
+    array = array.astype(np.uint8)
+    augment = RelightAugment(p=1, seed=0)
+    made = augment(array, landmarks=marks)
+    assert (made.shape, made.dtype) == (array.shape, array.dtype)
+    if planes > 1:
+        np.testing.assert_array_equal(made[..., -1], alpha)
+    plain = augment(array[..., :3] if planes == 4 else array[..., 0], landmarks=marks, number=0)
+    np.testing.assert_array_equal(made[..., :3] if planes == 4 else made[..., 0], plain)
+
+
 @pytest.mark.parametrize("grey", [False, True])
 def test_light_comes_in_the_colours_of_the_photo(image, marks, grey):
     profile = bytes(
@@ -405,6 +423,7 @@ BOXES = np.array([[10.0, 20, 60, 90]])
         (lambda image: Pair(image, 3), (0,)),
         (lambda image: {"mask": image[..., 0], "image": Image.fromarray(image)}, ("image",)),
         (lambda image: {"boxes": BOXES, "views": [image, image.copy()]}, ("views", 0)),
+        (lambda image: {"mask": image[..., :1], "image": image}, ("image",)),
     ],
 )
 def test_the_image_in_a_sample_is_relit_and_all_else_passed_through(image, marks, sample_of, place):
@@ -438,6 +457,12 @@ def test_several_arguments_come_back_as_a_tuple(image, marks):
     assert RelightAugment(p=0)(image, 1) == (image, 1)
 
 
+def test_lamps_may_be_given_by_their_angles():
+    assert {draw.options.light for draw in draws(RelightAugment(lights=(-30, 20)))} == {"-30,20"}
+    augment = RelightAugment(lights=[(-30, 20.5), "loop"], seed=0)
+    assert {draw.options.light for draw in draws(augment, 30)} == {"-30,20.5", "loop"}
+
+
 # References by path
 
 
@@ -469,6 +494,8 @@ def test_a_folder_and_a_pattern_stand_for_their_photos(folder):
         ({"lights": ["loop", 3]}, "lights: .*, got 3"),
         ({"lights": []}, "lights: expected at least one"),
         ({"lights": 3}, "lights: "),
+        ({"lights": (200, 0)}, r"lights: .*, got \(200, 0\)"),
+        ({"lights": ["loop", (1, 2, 3)]}, r"lights: .*, got \(1, 2, 3\)"),
         ({"azimuth": (-200, 0)}, "azimuth: expected .*±180, got"),
         ({"azimuth": 30}, "azimuth: "),
         ({"elevation": (20, 10)}, "elevation: "),
@@ -487,7 +514,7 @@ def test_a_folder_and_a_pattern_stand_for_their_photos(folder):
         ({"references": []}, "references: expected at least one"),
         ({"references": "/nowhere/*.jpg"}, r"references: no photo found at '/nowhere/\*\.jpg'"),
         ({"references": 3}, r"references\[0\]: expected an array"),
-        ({"references": [np.zeros((40, 40, 4))]}, r"references\[0\]: expected shape"),
+        ({"references": [np.zeros((40, 40, 5))]}, r"references\[0\]: expected shape"),
         ({"references": [NO_FACE], "reference_landmarks": []}, "reference_landmarks: expected one entry"),
         ({"references": [NO_FACE], "reference_landmarks": [[1]]}, r"reference_landmarks\[0\]: "),
         ({"reference_landmarks": []}, "reference_landmarks: expected none"),
@@ -508,7 +535,7 @@ def test_choices_that_go_only_with_some_others_are_allowed():
     ("sample", "message"),
     [
         (NO_FACE + 1.0, r"image: floats must be .* in \[0, 1\]"),
-        (NO_FACE[..., :2], "image: expected shape"),
+        (np.dstack([NO_FACE, NO_FACE]), "image: expected shape"),
         (NO_FACE[:4], "image: 40x4 px"),
         ("photo.jpg", "image: expected an array, .* got str"),
         (Image.new("CMYK", (40, 40)), "image: expected mode .* got CMYK"),
@@ -529,8 +556,11 @@ def test_other_calls_are_refused_by_name(image, tmp_path):
         augment.draw("first")
     with pytest.raises(OptionError, match=r"^epoch: "):
         augment.set_epoch(0.5)
-    with pytest.raises(OptionError, match=r"^worker: "):
-        RelightAugment().draw(0, worker=1)
+    unseeded = RelightAugment()
+    unseeded.set_epoch(1)
+    for unknown in (augment, unseeded):
+        with pytest.raises(OptionError, match=r"^worker: .* seed and an epoch"):
+            unknown.draw(0, worker=1)
     with pytest.raises(LandmarkError, match=r"^landmarks: "):
         augment(image, landmarks=[[1, 2]])
     with pytest.raises(LandmarkError, match=r"^landmarks: .* outside"):

@@ -65,6 +65,34 @@ def test_it_brings_no_torch_itself():
     assert subprocess.check_output([sys.executable, "-c", code], text=True).strip() == "False"
 
 
+# transfer
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "uint16", "float16", "float32"])
+def test_transfer_takes_tensors_and_gives_them_back(image, marks, dtype):
+    scale = {"uint8": 1, "uint16": 257}.get(dtype, 1 / 255)
+    target = (planes(image).double() * scale).to(getattr(torch, dtype))
+    faces = {"target_landmarks": marks, "reference_landmarks": marks, "method": "moments"}
+    made = relit.transfer(target, planes(image).flip(2), **faces).image
+    assert (type(made), made.dtype, made.shape) == (torch.Tensor, target.dtype, target.shape)
+    wide = target.float() if dtype == "float16" else target
+    array = wide.permute(1, 2, 0).contiguous().numpy()
+    expected = relit.transfer(array, image[:, ::-1].copy(), **faces).image
+    torch.testing.assert_close(made, planes(expected).to(target.dtype), rtol=0, atol=0)
+
+
+def test_transfer_colours_a_grey_tensor(image, marks):
+    faces = {"target_landmarks": marks, "reference_landmarks": marks, "method": "moments"}
+    made = relit.transfer(planes(image[..., 1]), image, **faces).image
+    assert (made.dtype, made.shape) == (torch.uint8, (3, *image.shape[:2]))
+
+
+def test_transfer_keeps_images_of_torchvision(image, marks):
+    tv_tensors = pytest.importorskip("torchvision.tv_tensors")
+    made = relit.transfer(tv_tensors.Image(planes(image)), light="loop", target_landmarks=marks).image
+    assert type(made) is tv_tensors.Image
+
+
 # torchvision
 
 
@@ -117,21 +145,54 @@ class Faces(loaders.Dataset):
 
     def __getitem__(self, place):
         made = self.augment(planes(self.pixels), landmarks=self.landmarks)
-        return int(made.sum()), loaders.get_worker_info().id
+        worker = loaders.get_worker_info()
+        return int(made.sum()), worker and worker.id
+
+
+def epochs(image, marks, augment, count, generator=None, **settings):
+    """Return the fingerprints of so many epochs: of each, those that each worker made."""
+    faces = Faces(image, marks, augment)
+    loader = loaders.DataLoader(faces, None, generator=generator, **settings)
+    found = [list(loader) for _ in range(count)]
+    del loader
+    workers = sorted({worker for _, worker in found[0]}, key=str)
+    return [[[light for light, worker in epoch if worker == one] for one in workers] for epoch in found]
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"num_workers": 0},
+        {"num_workers": 2, "multiprocessing_context": "fork"},
+        {"num_workers": 1, "multiprocessing_context": "spawn"},
+        {"num_workers": 2, "multiprocessing_context": "fork", "persistent_workers": True},
+    ],
+    ids=["alone", "fork", "spawn", "persistent"],
+)
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+def test_epochs_differ_and_a_run_repeats(image, marks, settings):
+    def run(torch_seed):
+        generator = torch.Generator().manual_seed(torch_seed)
+        return epochs(image, marks, RelightAugment(p=1, seed=4, detail=10), 2, generator, **settings)
+
+    first = run(1)
+    assert first == run(1)
+    lights = [light for epoch in first for worker in epoch for light in worker]
+    assert len(lights) == 16
+    assert len(set(lights)) > 13  # now and then two lights have one fingerprint
+    assert (first == run(2)) == (settings["num_workers"] == 0)
 
 
 @pytest.mark.parametrize("method", ["fork", "spawn"])
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
-def test_workers_draw_differently_and_the_same_in_every_run(image, marks, method):
+def test_after_set_epoch_draws_are_those_that_draw_tells(image, marks, method):
     augment = RelightAugment(relit.sample("reference"), lights="random", p=1, seed=4)
     augment.prepare()
     augment(planes(image), number=0)  # what was used before a fork must work after it
 
     def epoch(number):
         augment.set_epoch(number)
-        faces = Faces(image, marks, augment)
-        found = list(loaders.DataLoader(faces, None, num_workers=2, multiprocessing_context=method))
-        return [[light for light, worker in found if worker == one] for one in (0, 1)]
+        return epochs(image, marks, augment, 1, num_workers=2, multiprocessing_context=method)[0]
 
     first, second, again = epoch(0), epoch(1), epoch(0)
     assert first == again
@@ -148,24 +209,17 @@ def test_workers_draw_differently_and_the_same_in_every_run(image, marks, method
 
 def test_persistent_workers_go_on_counting(image, marks):
     augment = RelightAugment(p=1, seed=4)
-    loader = loaders.DataLoader(
-        Faces(image, marks, augment),
-        None,
-        num_workers=1,
-        persistent_workers=True,
-        multiprocessing_context="spawn",
+    augment.set_epoch(0)
+    found = epochs(
+        image, marks, augment, 2, num_workers=1, persistent_workers=True, multiprocessing_context="spawn"
     )
-    sums = [light for _ in range(2) for light, _ in loader]
     made = [
         relit.transfer(image, target_landmarks=marks, options=augment.draw(number, worker=0).options).image
         for number in range(16)
     ]
-    assert sums == [pixels.sum() for pixels in made]
-    del loader._iterator
+    assert [light for epoch in found for light in epoch[0]] == [pixels.sum() for pixels in made]
 
 
 def test_without_a_seed_every_epoch_differs(image, marks):
-    faces = Faces(image, marks, RelightAugment(p=1))
-    loader = loaders.DataLoader(faces, None, num_workers=2, multiprocessing_context="spawn")
-    lights = [light for _ in range(2) for light, _ in loader]
-    assert len(set(lights)) > 12
+    found = epochs(image, marks, RelightAugment(p=1), 2, num_workers=2, multiprocessing_context="spawn")
+    assert len({light for epoch in found for worker in epoch for light in worker}) > 12

@@ -91,7 +91,7 @@ def align(target: str, reference: str, output: str, force: bool, as_json: bool, 
             there,
             here,
             photo.pixels.shape,
-            kernel=settings.kernel,  # type: ignore[arg-type]
+            kernel=settings.kernel,
             affine=settings.affine,
             smoothing=settings.smoothing,
         )

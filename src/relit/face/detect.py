@@ -10,7 +10,7 @@ that no box fits; tiles of a half and a quarter of the photo's size, for small f
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PIL import Image
@@ -18,6 +18,7 @@ from PIL import Image
 from relit.errors import FaceNotFoundError
 from relit.face.face_models import Square, see_boxes, see_mesh
 from relit.face.landmarks import Landmarks
+from relit.photo.foreign_images import pixels_of
 from relit.photo.pixels import check_pixels, from_unit, to_unit
 from relit.runtime.memo import remembered
 
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import NDArray
+
+    from relit.photo.foreign_images import AnyImage
 
 #: The least presence that counts as a face. A cat reaches 0.03, a face in profile beyond 75° less than 0.06.
 LEAST_PRESENCE = 0.5
@@ -39,13 +42,13 @@ _OVERVIEW = 1024  # px to look for boxes in, enough for tiles of a quarter; the 
 _EYE_CORNERS = (33, 263)
 
 
-def detect_landmarks(image: NDArray[Any], *, face: int = 0, name: str = "image") -> Landmarks:
+def detect_landmarks(image: AnyImage, *, face: int = 0, name: str = "image") -> Landmarks:
     """Return the landmarks of one face.
 
     Parameters
     ----------
-    image : (H, W) or (H, W, 3) array
-        Grey or sRGB: uint8, uint16, or float in [0, 1].
+    image : array, Photo, PIL image, torch tensor, or path
+        Grey or sRGB, as of `relit.transfer`.
     face : int
         Which face, 0 for the largest.
     name : str
@@ -87,15 +90,15 @@ no more than 75°, or place landmarks by hand (in relit studio, or --target-land
     return found[face]
 
 
-def detect_faces(image: NDArray[Any], *, name: str = "image") -> list[Landmarks]:
+def detect_faces(image: AnyImage, *, name: str = "image") -> list[Landmarks]:
     """Return the landmarks of all faces found, the largest first.
 
     A photo in which the whole view finds a face is not searched for smaller ones in tiles.
 
     Parameters
     ----------
-    image : (H, W) or (H, W, 3) array
-        Grey or sRGB: uint8, uint16, or float in [0, 1].
+    image : array, Photo, PIL image, torch tensor, or path
+        Grey or sRGB, as of `relit.transfer`.
     name : str
         The image's name, for messages.
 
@@ -109,8 +112,8 @@ def detect_faces(image: NDArray[Any], *, name: str = "image") -> list[Landmarks]
     ImageError
         If the image is not a photo's pixels.
     """
-    check_pixels(image, name)
-    return list(faces_in(image if image.dtype == np.uint8 else from_unit(to_unit(image), np.uint8)))
+    pixels = check_pixels(pixels_of(image, name), name)
+    return list(faces_in(pixels if pixels.dtype == np.uint8 else from_unit(to_unit(pixels), np.uint8)))
 
 
 @remembered

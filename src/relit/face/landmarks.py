@@ -136,6 +136,8 @@ class Landmarks:
     >>> face = Landmarks([[30, 40], [70, 40], [50, 60], [50, 80]])
     >>> face.scheme, len(face)
     ('points', 4)
+    >>> face
+    Landmarks(4 points, interocular distance 20.0 px)
     """
 
     points: NDArray[np.float64]
@@ -168,6 +170,14 @@ class Landmarks:
     def __len__(self) -> int:
         """Return the number of points."""
         return len(self.points)
+
+    def __repr__(self) -> str:
+        """Return the scheme, the face's scale and the confidence."""
+        kind = f"{len(self)} points" if self.scheme == "points" else self.scheme
+        told = [kind, f"interocular distance {self.interocular_distance:.1f} px"]
+        if self.confidence is not None:
+            told.append(f"confidence {self.confidence:.2f}")
+        return f"Landmarks({', '.join(told)})"
 
     @property
     def xy(self) -> NDArray[np.float64]:

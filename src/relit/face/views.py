@@ -18,7 +18,7 @@ from relit.face.landmarks import Landmarks
 from relit.face.regions import FaceRegions
 from relit.face.skin import Skin, skin_of
 from relit.photo.color import luma
-from relit.photo.pixels import to_unit
+from relit.photo.pixels import size_and_dtype, to_unit
 from relit.photo.resampling import reduced
 
 if TYPE_CHECKING:
@@ -50,6 +50,10 @@ class View:
     landmarks: Landmarks
     window: Window
     factor: int
+
+    def __repr__(self) -> str:
+        """Return size and dtype, and by how much the photo is reduced."""
+        return f"View({size_and_dtype(self.pixels)}, factor={self.factor})"
 
     @cached_property
     def regions(self) -> FaceRegions:

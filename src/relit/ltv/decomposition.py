@@ -23,7 +23,8 @@ import numpy as np
 
 from relit.errors import OptionError
 from relit.photo.color import luma
-from relit.photo.pixels import DARKEST, check_pixels, to_unit
+from relit.photo.foreign_images import pixels_of
+from relit.photo.pixels import DARKEST, check_pixels, size_and_dtype, to_unit
 from relit.runtime.memo import remembered
 from relit.runtime.threads import available, pool
 from relit.solver.exact import tv_l1
@@ -32,6 +33,8 @@ from relit.solver.neighborhoods import check_lam
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from relit.photo.foreign_images import AnyImage
 
 _GAP = 1e-3  # relative duality gap of the isotropic kind
 
@@ -59,6 +62,11 @@ class Decomposition:
     lam: float
     neighborhood: int | str
 
+    def __repr__(self) -> str:
+        """Return the size, and what the split was made with."""
+        made = f"lam={self.lam:.4g}, neighborhood={self.neighborhood!r}"
+        return f"Decomposition({size_and_dtype(self.u)}, {made})"
+
 
 def lam_in_px(lam: float, interocular_distance: float) -> float:
     """Return λ in px⁻¹ of a face with so many px between the eyes, λ being that of one with 100.
@@ -73,7 +81,7 @@ def lam_in_px(lam: float, interocular_distance: float) -> float:
 
 @remembered
 def decompose(
-    image: NDArray[Any],
+    image: AnyImage,
     lam: float = 0.2,
     *,
     neighborhood: int | str = 4,
@@ -83,8 +91,8 @@ def decompose(
 
     Parameters
     ----------
-    image : (H, W) or (H, W, 3) array
-        uint8, uint16, or float in [0, 1].
+    image : array, Photo, PIL image, torch tensor, or path
+        As of `relit.transfer`; alpha is left out.
     lam : float
         λ for a face whose eyes are 100 px apart.
     neighborhood : {4, 8, 16, "isotropic"}
@@ -117,21 +125,21 @@ def decompose(
     >>> round(float(split.u[4, 4] * 255)), float(split.v[4, 4])
     (100, 0.5)
     """
-    check_pixels(image, "image")
+    pixels = check_pixels(pixels_of(image, "image"), "image")
     check_lam(lam)
     if not (np.isfinite(interocular_distance) and interocular_distance > 0):
         raise OptionError(
             f"interocular_distance: expected a number of px above 0, got {interocular_distance!r}"
         )
     lam_px = float(lam_in_px(lam, interocular_distance))
-    planes = [image] if image.ndim == 2 else list(np.moveaxis(image, -1, 0))
+    planes = [pixels] if pixels.ndim == 2 else list(np.moveaxis(pixels, -1, 0))
     # The solvers release the GIL, and every plane is solved alone: threads change nothing but the time.
     cores = available()
     threads = max(1, cores // len(planes))
     with pool(min(len(planes), cores)) as run:
         split = run(lambda plane: _large_scale(plane, lam_px, neighborhood, threads), planes)
-    u = split[0] if image.ndim == 2 else np.stack(split, axis=-1)
-    v = np.maximum(to_unit(image), np.float32(DARKEST)) / u
+    u = split[0] if pixels.ndim == 2 else np.stack(split, axis=-1)
+    v = np.maximum(to_unit(pixels), np.float32(DARKEST)) / u
     return Decomposition(u, np.asarray(v, np.float32), lam_px, neighborhood)
 
 
@@ -154,7 +162,7 @@ def _large_scale(
 
 
 def normalize(
-    image: NDArray[Any],
+    image: AnyImage,
     lam: float = 0.2,
     *,
     neighborhood: int | str = 4,
@@ -193,7 +201,7 @@ def normalize(
     >>> bool(np.array_equal(normalize(face), normalize(2 * face)))
     True
     """
-    check_pixels(image, "image")
-    grey = image if image.ndim == 2 else luma(to_unit(image)).astype(np.float32)
+    pixels = check_pixels(pixels_of(image, "image"), "image")
+    grey = pixels if pixels.ndim == 2 else luma(to_unit(pixels)).astype(np.float32)
     split = decompose(grey, lam, neighborhood=neighborhood, interocular_distance=interocular_distance)
     return np.minimum(split.v / 2, np.float32(1))

@@ -167,4 +167,4 @@ def lam_for(landmarks: Landmarks, options: TransferOptions) -> float:
         return max(float(options.lam), _LEAST_LAM)
     # The isotropic length is nearest to that over 16 neighbours.
     neighborhood = 16 if options.neighborhood == "isotropic" else options.neighborhood
-    return automatic_lam(landmarks, neighborhood)  # type: ignore[arg-type]
+    return automatic_lam(landmarks, neighborhood)

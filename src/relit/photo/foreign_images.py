@@ -1,53 +1,73 @@
-"""Images of other libraries, alone or in a sample of training data, as photos and back.
+"""Images of every kind that users have, as photos and back: arrays, files, and those of other libraries.
 
 PyTorch and torchvision are never imported here: whoever hands over a tensor has done so.
 """
 
 from __future__ import annotations
 
-import copy
 import sys
-from collections.abc import Callable, Iterator
-from dataclasses import replace
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from PIL import Image
 
 from relit.errors import ImageError
-from relit.photo.photo import Photo
-from relit.photo.pixels import SMALLEST_SIDE, check_pixels
+from relit.photo.photo import Photo, read_image
+from relit.photo.pixels import check_pixels
 from relit.photo.profile import is_usable
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 #: Mode of a PIL image → the mode of its colours.
 _PIL_MODES = {"L": "L", "LA": "L", "RGB": "RGB", "RGBA": "RGB", "I;16": "I;16"}
-_PLAIN = ("uint8", "uint16", "float16", "bfloat16", "float32", "float64")
 
-#: Where in a sample something is: the keys and indices on the way there.
-Place = tuple[Any, ...]
+
+class Tensor(Protocol):
+    """A torch tensor, for type checkers that have no torch."""
+
+    def detach(self) -> Any:
+        """Return it without its gradient."""
+
+    def cpu(self) -> Any:
+        """Return it in the memory of the processor."""
+
+
+if TYPE_CHECKING:
+    AnyImage = NDArray[Any] | Photo | Image.Image | Tensor | str | Path
 
 
 class Opened(NamedTuple):
     """An image as a photo, and what makes an image of its kind from new pixels."""
 
     photo: Photo
-    back: Callable[[Any], Any]
+    back: Callable[[NDArray[Any]], Any]
 
 
-def opened(image: Any, name: str) -> Opened:
+def opened(image: AnyImage, name: str) -> Opened:
     """Open an image of any kind.
 
     Parameters
     ----------
-    image : array, Photo, PIL image or torch tensor
-        ``(H, W)`` or ``(H, W, 3)``; of a tensor ``(1, H, W)`` or ``(3, H, W)``.
+    image : array, Photo, PIL image, torch tensor, or path
+        An array ``(H, W)`` or ``(H, W, 3)``, ``(H, W, 1)``, or with alpha ``(H, W, 2)`` or ``(H, W, 4)``; a
+        PIL image of mode L, LA, RGB, RGBA or I;16; a tensor ``(1, H, W)`` or ``(3, H, W)``; the path of a
+        photo.
     name : str
         The argument's name, for messages.
+
+    Returns
+    -------
+    Opened
+        New pixels go back with the alpha that was given, and in colour where they are; those of a `Photo` or
+        of a file, as they are.
 
     Raises
     ------
     ImageError
-        If it is of another kind, or not a photo's pixels.
+        If it is of another kind, or not a photo's pixels, or there is no such file.
 
     Examples
     --------
@@ -55,20 +75,51 @@ def opened(image: Any, name: str) -> Opened:
     >>> photo.pixels.shape, back(photo.pixels + 1).getpixel((0, 0))
     ((8, 12), 8)
     """
-    if isinstance(image, Photo):
-        kind = Opened(image, lambda pixels: replace(image, pixels=pixels))
-    elif isinstance(image, Image.Image):
-        kind = _opened_pil(image, name)
-    elif _is_tensor(image):
-        kind = _opened_tensor(image, name)
-    elif isinstance(image, np.ndarray):
-        kind = Opened(Photo(image), lambda pixels: pixels)
-    else:
-        raise ImageError(
-            f"{name}: expected an array, a Photo, a PIL image or a torch tensor, got {type(image).__name__}"
-        )
+    kind = _opened(image, name)
     check_pixels(kind.photo.pixels, name)
     return kind
+
+
+def pixels_of(image: AnyImage, name: str) -> NDArray[Any]:
+    """Return the pixels of an image of any kind, without alpha; whether a face fits on them is not checked.
+
+    Raises
+    ------
+    ImageError
+        If it is of another kind, or there is no such file.
+
+    Examples
+    --------
+    >>> pixels_of(np.zeros((5, 6, 4)), "image").shape
+    (5, 6, 3)
+    """
+    return _opened(image, name).photo.pixels
+
+
+def _opened(image: Any, name: str) -> Opened:
+    if isinstance(image, (str, Path)):
+        image = read_image(image)
+    if isinstance(image, Photo):
+        return Opened(image, lambda made: made)
+    if isinstance(image, np.ndarray):
+        return _opened_array(image)
+    if isinstance(image, Image.Image):
+        return _opened_pil(image, name)
+    if is_tensor(image):
+        return _opened_tensor(image, name)
+    raise ImageError(
+        f"{name}: expected an array, a Photo, a PIL image, a torch tensor or a path, got "
+        f"{type(image).__name__}"
+    )
+
+
+def _opened_array(image: NDArray[Any]) -> Opened:
+    planes = image.shape[2] if image.ndim == 3 else 0
+    if planes not in (1, 2, 4):
+        return Opened(Photo(image), lambda made: made)
+    alpha = [image[..., -1]] if planes > 1 else []
+    pixels = np.ascontiguousarray(image[..., :3] if planes == 4 else image[..., 0])
+    return Opened(Photo(pixels), lambda made: np.dstack([made, *alpha]))
 
 
 def _opened_pil(image: Image.Image, name: str) -> Opened:
@@ -82,11 +133,18 @@ def _opened_pil(image: Image.Image, name: str) -> Opened:
     pixels = np.array(image.convert(_PIL_MODES[image.mode]))
     profile = image.info.get("icc_profile")
 
-    def back(made: Any) -> Image.Image:
+    def back(made: NDArray[Any]) -> Image.Image:
+        if made.ndim == 3 and made.dtype != np.uint8:
+            raise ImageError(
+                f"{name}: a PIL image has no 16-bit colours, which the reference gives it; give a grey "
+                "reference, or the target as an array"
+            )
         result = Image.fromarray(made)
         if alpha is not None:
             result.putalpha(alpha)
         result.info = dict(image.info)
+        if made.ndim != pixels.ndim:
+            result.info.pop("icc_profile", None)  # a grey one; colours come in sRGB
         return result
 
     return Opened(Photo(pixels, profile=profile if profile and is_usable(profile, pixels) else None), back)
@@ -102,9 +160,9 @@ def _opened_tensor(image: Any, name: str) -> Opened:
     # NumPy has no bfloat16, and relit no float16.
     small = image.is_floating_point() and image.element_size() < 4
     planes = (image.float() if small else image).detach().cpu().numpy()
-    wrap = _tv_tensors().wrap if _is_tv_tensor(image) else lambda tensor, like: tensor  # noqa: ARG005
+    wrap = _tv_tensors().wrap if is_tv_tensor(image) else lambda tensor, like: tensor  # noqa: ARG005
 
-    def back(made: Any) -> Any:
+    def back(made: NDArray[Any]) -> Any:
         channels = made[None] if made.ndim == 2 else made.transpose(2, 0, 1)
         tensor = torch.from_numpy(np.ascontiguousarray(channels))
         return wrap(tensor.to(device=image.device, dtype=image.dtype), like=image)
@@ -112,106 +170,16 @@ def _opened_tensor(image: Any, name: str) -> Opened:
     return Opened(Photo(planes[0] if len(planes) == 1 else planes.transpose(1, 2, 0)), back)
 
 
-def find(sample: Any) -> Place:
-    """Return where in a sample the image is; an image alone is a sample, too.
-
-    It is the first PIL image, Photo or ``tv_tensors.Image``; where there is none of these, the first array
-    or plain tensor that has the shape of a photo.
-
-    Parameters
-    ----------
-    sample : any
-        An image, or a tuple, list or dict of anything, nested as deep as may be.
-
-    Raises
-    ------
-    ImageError
-        If there is none.
-
-    Examples
-    --------
-    >>> find({"label": 3, "views": [np.zeros((8, 8)), np.zeros((8, 8))]})
-    ('views', 0)
-    """
-    leaves = list(_leaves(sample, ()))
-    for is_image in (_is_explicit, _is_plain):
-        for place, leaf in leaves:
-            if is_image(leaf):
-                return place
-    if not isinstance(sample, (dict, tuple, list)):
-        return ()
-    kinds = ", ".join(sorted({type(leaf).__name__ for _, leaf in leaves})) or "nothing"
-    raise ImageError(
-        "sample: expected an array (H, W) or (H, W, 3), a Photo, a PIL image or a tensor (3, H, W) or "
-        f"(1, H, W) in it, found {kinds}"
-    )
-
-
-def take(sample: Any, place: Place) -> Any:
-    """Return what is at a place in a sample."""
-    for key in place:
-        sample = sample[key]
-    return sample
-
-
-def put(sample: Any, place: Place, image: Any) -> Any:
-    """Return a copy of a sample with another image at a place; all else in it is the same objects.
-
-    Examples
-    --------
-    >>> put(("a", {"b": 1, "c": 2}), (1, "c"), 3)
-    ('a', {'b': 1, 'c': 3})
-    """
-    if not place:
-        return image
-    first, *rest = place
-    inner = put(sample[first], tuple(rest), image)
-    if isinstance(sample, tuple):
-        parts = [inner if number == first else part for number, part in enumerate(sample)]
-        return type(sample)(*parts) if hasattr(sample, "_fields") else tuple(parts)
-    changed = copy.copy(sample)
-    changed[first] = inner
-    return changed
-
-
-def _leaves(sample: Any, place: Place) -> Iterator[tuple[Place, Any]]:
-    if isinstance(sample, dict):
-        parts: Any = sample.items()
-    elif isinstance(sample, (tuple, list)):
-        parts = enumerate(sample)
-    else:
-        yield place, sample
-        return
-    for key, part in parts:
-        yield from _leaves(part, (*place, key))
-
-
-def _is_explicit(leaf: Any) -> bool:
-    return isinstance(leaf, (Photo, Image.Image)) or (
-        _is_tv_tensor(leaf) and isinstance(leaf, _tv_tensors().Image)
-    )
-
-
-def _is_plain(leaf: Any) -> bool:
-    """Whether something can be an image by its shape; boxes, masks and key points of torchvision are not."""
-    if isinstance(leaf, np.ndarray):
-        sides = leaf.shape[:2] if leaf.ndim == 2 or (leaf.ndim == 3 and leaf.shape[2] == 3) else ()
-    elif _is_tensor(leaf) and not _is_tv_tensor(leaf):
-        sides = leaf.shape[1:] if leaf.ndim == 3 and leaf.shape[0] in (1, 3) else ()
-    else:
-        return False
-    known = str(leaf.dtype).removeprefix("torch.") in _PLAIN
-    return known and len(sides) == 2 and min(sides) >= SMALLEST_SIDE
-
-
-def _is_tensor(value: Any) -> bool:
+def is_tensor(value: Any) -> bool:
+    """Return whether something is a torch tensor."""
     torch = sys.modules.get("torch")
     return torch is not None and isinstance(value, torch.Tensor)
 
 
-def _is_tv_tensor(value: Any) -> bool:
+def is_tv_tensor(value: Any, kind: str = "TVTensor") -> bool:
+    """Return whether something is a tensor of torchvision's, such as its ``Image`` or ``Mask``."""
     tv_tensors = _tv_tensors()
-    return tv_tensors is not None and isinstance(value, tv_tensors.TVTensor)
+    return tv_tensors is not None and isinstance(value, getattr(tv_tensors, kind))
 
 
 def _tv_tensors() -> Any:

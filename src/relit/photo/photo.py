@@ -20,7 +20,7 @@ from relit.photo.codecs.formats import FORMATS, SUFFIXES, decode, identify
 from relit.photo.codecs.jpeg import JpegSettings
 from relit.photo.codecs.metadata import Metadata, put_upright
 from relit.photo.codecs.raster import Raster, to_depth
-from relit.photo.pixels import check_samples
+from relit.photo.pixels import check_samples, size_and_dtype
 from relit.photo.profile import color_space, convert, is_usable
 from relit.photo.streams import name_of, open_source, place_of, put
 
@@ -80,6 +80,8 @@ class Photo:
     >>> photo = Photo(np.zeros((2, 3), np.uint8))
     >>> photo.alpha is None, photo.metadata
     (True, Metadata(exif=None, xmp=None, dpi=None))
+    >>> photo
+    Photo(3x2 grey uint8)
     """
 
     pixels: NDArray[Any]
@@ -88,6 +90,13 @@ class Photo:
     metadata: Metadata = field(default_factory=Metadata)
     format: str | None = None
     jpeg: JpegSettings | None = None
+
+    def __repr__(self) -> str:
+        """Return size and dtype, the format, and what travels with the pixels."""
+        meta = self.metadata
+        extras = {"alpha": self.alpha, "profile": self.profile, "EXIF": meta.exif, "XMP": meta.xmp}
+        told = [self.format, *(name for name, value in extras.items() if value is not None)]
+        return f"Photo({', '.join([size_and_dtype(self.pixels), *filter(None, told)])})"
 
     def to_profile(self, profile: bytes | None) -> Photo:
         """Return the photo with its pixels in another colour profile, at their own bit depth.

@@ -87,6 +87,19 @@ def check_samples(image: Any, name: str) -> None:
         )
 
 
+def size_and_dtype(image: NDArray[Any]) -> str:
+    """Return what the repr of an image says of its pixels.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> size_and_dtype(np.zeros((2, 3), np.uint8)), size_and_dtype(np.zeros((2, 3, 3)))
+    ('3x2 grey uint8', '3x2 float64')
+    """
+    height, width, *planes = image.shape
+    return f"{width}x{height} {'' if planes else 'grey '}{image.dtype}"
+
+
 def to_unit(image: NDArray[Any]) -> NDArray[np.float32]:
     """Return `image` as float32 in [0, 1], whatever its dtype.
 

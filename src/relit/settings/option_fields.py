@@ -51,7 +51,7 @@ def check(name: str, value: Any, default: Any, declared: Any) -> None:
         wanted = f"above {above}" if above is not None else f"of {at_least} or more"
         wanted += f" and at most {at_most}" if at_most is not None else ""
         if not (
-            _is_finite(value)
+            is_finite(value)
             and (value > above if above is not None else value >= at_least)
             and (at_most is None or value <= at_most)
         ):
@@ -59,7 +59,8 @@ def check(name: str, value: Any, default: Any, declared: Any) -> None:
             raise OptionError(f"{name}: expected a finite number {wanted}, got {value!r}")
 
 
-def _is_finite(value: Any) -> bool:
+def is_finite(value: Any) -> bool:
+    """Return whether something is a finite real number."""
     if not isinstance(value, Real) or isinstance(value, bool):
         return False
     try:

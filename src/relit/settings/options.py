@@ -6,13 +6,28 @@ The Python API, the command line and everything above read them from here.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, get_args
 
 from relit.errors import OptionError
 from relit.photo.color import COLOR_SPACES, channels_of
 from relit.settings.methods import METHODS, Method
 from relit.settings.option_fields import check, option
-from relit.settings.studio_lights import STUDIO_LIGHTS, studio_light
+from relit.settings.studio_lights import STUDIO_LIGHTS, light_text, studio_light
+from relit.settings.transfer_changes import (
+    ColorSpace,
+    Exposure,
+    Kernel,
+    Lambda,
+    Light,
+    MethodName,
+    Neighborhood,
+    Tint,
+)
+
+if TYPE_CHECKING:
+    from typing import Unpack
+
+    from relit.settings.transfer_changes import TransferChanges
 
 #: Parts of a face that may be relit alone; `FaceRegions.parts` draws them.
 PARTS = ("left", "right", "forehead", "cheeks", "nose", "mouth", "eyes", "chin")
@@ -27,7 +42,7 @@ class TransferOptions:
     Attributes
     ----------
     method : str
-        How to relight: by ``shading``, as docs/shading.md tells, or by ``ltv``, the algorithm of Li, Yin and
+        How to relight: by ``shading``, as in docs/shading.md, or by ``ltv``, the algorithm of Li, Yin and
         Deng (2009). ``log-gaussian``, ``wls``, ``moments``, ``histogram`` and ``spherical-harmonics`` are
         there to compare with, and so are ``quotient`` and ``expression-ratio``, which take a second
         reference; each is in `relit.methods`.
@@ -35,9 +50,10 @@ class TransferOptions:
         λ > 0 for a face whose eyes are 100 px apart; it is scaled by 100 / interocular distance. What is
         smaller than about 1/λ px on such a face stays the target's. ``auto`` is slightly smaller than 1/G of
         the target's brows, eyes, nose and mouth: the largest λ at which none of them goes over to the light.
-    light : str or None
+    light : str, (float, float) or None
         A light that needs no reference: ``rembrandt``, ``butterfly``, ``split``, ``loop``, ``rim``, ``flat``,
-        or ``"AZ,EL"``, the lamp's place in degrees to the right of the picture and upwards.
+        or the lamp's place in degrees to the right of the picture and upwards, ``"-30,20"`` or ``(-30, 20)``;
+        kept as text.
     strength : float
         How much of the change of light is made: 0 is the target, 1 the whole; more exaggerates.
     shadows : float
@@ -90,20 +106,22 @@ class TransferOptions:
     --------
     >>> TransferOptions(lam=0.5).lam
     0.5
+    >>> TransferOptions(light=(-30, 20)).light
+    '-30,20'
     >>> TransferOptions(lam=-1)
     Traceback (most recent call last):
         ...
     relit.errors.OptionError: lam: expected a finite number above 0, or 'auto', got -1
     """
 
-    method: str = option(
+    method: MethodName = option(
         "shading",
         "How to relight. 'ltv' is the algorithm of Li, Yin and Deng (2009); the others are there to compare. "
         "'quotient' and 'expression-ratio' take a second reference.",
         flag="--method",
         choices=tuple(METHODS),
     )
-    lam: float | str = option(
+    lam: Lambda = option(
         0.2,
         "Above 0: how fine the light may be. Low values take only broad light from the reference, higher "
         "ones also its finer shadows, and in the end its features. Scaled by the size of the face, so that "
@@ -112,7 +130,7 @@ class TransferOptions:
         words=("auto",),
         above=0,
     )
-    light: str | None = option(
+    light: Light = option(
         None,
         f"A light that needs no REFERENCE: {', '.join(STUDIO_LIGHTS)}, or AZ,EL, where the lamp stands in "
         "degrees, from the camera to the right of the picture and upwards.",
@@ -133,7 +151,7 @@ class TransferOptions:
     highlights: float = option(
         1.0, "The same, for what becomes brighter alone.", flag="--highlights", at_least=0, at_most=4
     )
-    exposure: float | str | None = option(
+    exposure: Exposure = option(
         None,
         "'keep' the brightness of the target, 'take' that of the reference, or so many stops above the "
         "target's. By default 'shading' keeps it, or with --no-mask goes half the way; the others take it.",
@@ -142,7 +160,7 @@ class TransferOptions:
         at_least=-8,
         at_most=8,
     )
-    tint: float | str | None = option(
+    tint: Tint = option(
         None,
         "'keep' the hue of the skin, 'take' the reference's overall colour, light and complexion alike, or a "
         "share of it, 0 to 1; 'neutral' changes brightness alone. By default 'shading' keeps it, the others "
@@ -159,12 +177,12 @@ class TransferOptions:
         flag="--region",
         words=("face", *PARTS),
     )
-    neighborhood: int | str = option(
+    neighborhood: Neighborhood = option(
         4,
         "Neighbours of a pixel in the measure of length: 4 is fastest, 16 roundest; 'isotropic' is perfectly "
         "round and approximate.",
         flag="--neighborhood",
-        choices=(4, 8, 16, "isotropic"),
+        choices=get_args(Neighborhood),
     )
     split_first: bool = option(
         False,
@@ -172,8 +190,8 @@ class TransferOptions:
         "targets share one split.",
         flag="--split-first",
     )
-    color_space: str = option(
-        "rgb", "Colour space to relight in.", flag="--color-space", choices=("rgb", "hsv", "ycbcr")
+    color_space: ColorSpace = option(
+        "rgb", "Colour space to relight in.", flag="--color-space", choices=get_args(ColorSpace)
     )
     channels: str = option(
         "all",
@@ -192,11 +210,11 @@ class TransferOptions:
         "on large photos.",
         flag="--full-resolution",
     )
-    kernel: str = option(
+    kernel: Kernel = option(
         "thin_plate_spline",
         "Radial basis function that aligns the faces.",
         flag="--kernel",
-        choices=("thin_plate_spline", "multiquadric", "gaussian"),
+        choices=get_args(Kernel),
     )
     affine: bool = option(
         True,
@@ -213,6 +231,7 @@ class TransferOptions:
 
     def __post_init__(self) -> None:
         """Check every value against its declared range."""
+        object.__setattr__(self, "light", light_text(self.light))
         for declared in fields(self):
             check(declared.name, getattr(self, declared.name), declared.default, declared.metadata)
         if self.light is not None:
@@ -222,9 +241,9 @@ class TransferOptions:
                 raise OptionError(
                     f"region: expected face, or parts joined by +: {', '.join(PARTS)}, got {self.region!r}"
                 )
-        chosen = channels_of(self.color_space, self.lit_channels)  # type: ignore[arg-type]
-        lightness = COLOR_SPACES[self.color_space].lightness  # type: ignore[index]
-        wanted = channels_of(self.color_space, lightness) if lightness else chosen  # type: ignore[arg-type]
+        chosen = channels_of(self.color_space, self.lit_channels)
+        lightness = COLOR_SPACES[self.color_space].lightness
+        wanted = channels_of(self.color_space, lightness) if lightness else chosen
         if self.record.lights_brightness and chosen != wanted:
             raise OptionError(
                 f"channels: expected {lightness!r} or 'all' with method {self.method!r}, which lights what "
@@ -257,17 +276,17 @@ class TransferOptions:
 
     @property
     def stops(self) -> float | None:
-        """By how many stops the face is to be brighter than the target's; None where that is not said."""
+        """By how many stops the face gets brighter than the target's; None where the option is no number."""
         return None if self.exposure is None or isinstance(self.exposure, str) else float(self.exposure)
 
     @property
     def tint_share(self) -> float | None:
-        """How much of the reference's overall colour the face takes on; None where that is not said."""
+        """How much of the reference's overall colour the face takes on; None by default."""
         if self.tint is None or isinstance(self.tint, str):
             return {"keep": 0.0, "take": 1.0, "neutral": 0.0}.get(self.tint or "")
         return float(self.tint)
 
-    def changed(self, /, **changes: Any) -> TransferOptions:
+    def changed(self, /, **changes: Unpack[TransferChanges]) -> TransferOptions:
         """Return the options with some values changed.
 
         Raises

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import re
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from relit.errors import OptionError
+from relit.settings.option_fields import is_finite
 
 
 class StudioLight(NamedTuple):
@@ -39,13 +42,33 @@ _NUMBER = r"\s*([+-]?(?:\d+(?:\.\d*)?|\.\d+))\s*"
 _ANGLES = re.compile(f"{_NUMBER},{_NUMBER}")
 
 
-def studio_light(text: str) -> StudioLight:
+def light_text(light: Any) -> Any:
+    """Return a light as options keep it: of ``(azimuth, elevation)`` the text, all else as it is.
+
+    Raises
+    ------
+    OptionError
+        If it is a tuple, but not of two angles within ±180 and ±90 degrees.
+
+    Examples
+    --------
+    >>> light_text((-30, 12.5)), light_text("loop")
+    ('-30,12.5', 'loop')
+    """
+    if not isinstance(light, tuple):  # a list comes from JSON, where a light is text
+        return light
+    if len(light) == 2 and all(map(is_finite, light)) and _is_in_range(*light):
+        return ",".join(np.format_float_positional(float(angle), trim="-") for angle in light)
+    raise _refusal(light)
+
+
+def studio_light(light: Any) -> StudioLight:
     """Return the light that a name, or an azimuth and an elevation, stand for.
 
     Parameters
     ----------
-    text : str
-        One of `STUDIO_LIGHTS`, or ``"AZ,EL"`` in degrees, within ±180 and ±90.
+    light : str or (float, float)
+        One of `STUDIO_LIGHTS`; or ``"AZ,EL"`` or ``(AZ, EL)`` in degrees, within ±180 and ±90.
 
     Raises
     ------
@@ -57,13 +80,23 @@ def studio_light(text: str) -> StudioLight:
     >>> studio_light("butterfly").azimuth, studio_light("-30, 20").elevation
     (0, 20.0)
     """
-    if text in STUDIO_LIGHTS:
-        return STUDIO_LIGHTS[text]
-    if found := _ANGLES.fullmatch(text):
-        azimuth, elevation = (float(number) for number in found.groups())
-        if abs(azimuth) <= 180 and abs(elevation) <= 90:
-            return StudioLight(azimuth, elevation)
-    raise OptionError(
+    text = light_text(light)
+    if isinstance(text, str):
+        if text in STUDIO_LIGHTS:
+            return STUDIO_LIGHTS[text]
+        if found := _ANGLES.fullmatch(text):
+            azimuth, elevation = map(float, found.groups())
+            if _is_in_range(azimuth, elevation):
+                return StudioLight(azimuth, elevation)
+    raise _refusal(light)
+
+
+def _is_in_range(azimuth: float, elevation: float) -> bool:
+    return abs(azimuth) <= 180 and abs(elevation) <= 90
+
+
+def _refusal(light: Any) -> OptionError:
+    return OptionError(
         f"light: expected one of {', '.join(STUDIO_LIGHTS)}, or AZ,EL in degrees within ±180 and ±90, for "
-        f"example -30,20, got {text!r}"
+        f"example -30,20, got {light!r}"
     )

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from relit.errors import OptionError
+from relit.photo.pixels import size_and_dtype
 from relit.runtime.jit import compiled
 from relit.runtime.threads import bands, pool
 from relit.solver.neighborhoods import check_lam, check_plane
@@ -52,6 +53,12 @@ class IsotropicSolution:
     energy: float
     bound: float
     iterations: int
+
+    def __repr__(self) -> str:
+        """Return size and dtype, and how near it is."""
+        return (
+            f"IsotropicSolution({size_and_dtype(self.u)}, gap={self.gap:.3g}, iterations={self.iterations})"
+        )
 
     @property
     def gap(self) -> float:

@@ -1,13 +1,13 @@
 """Random light for training data: an augmentation as PyTorch and torchvision have them, without needing them.
 
 What a call does is drawn from a key, and from nothing else: the seed, the epoch, the process's number as a
-worker of a ``DataLoader``, and the number of calls so far in it. So workers differ, however they are started,
-and every run repeats.
+worker of a ``DataLoader``, and the number of calls so far in it; until `set_epoch` says which epoch it is, a
+worker goes by the seed that torch gives it, too. So workers and epochs differ, however workers are started.
 """
 
 from __future__ import annotations
 
-import sys
+from dataclasses import replace
 from operator import index
 from secrets import randbits
 from typing import TYPE_CHECKING, Any
@@ -17,11 +17,14 @@ import numpy as np
 from relit.errors import FaceNotFoundError, OptionError
 from relit.face.detect import detect_landmarks
 from relit.face.landmarks import as_landmarks, check_inside
-from relit.photo.foreign_images import find, opened, put, take
+from relit.photo.foreign_images import opened
 from relit.photo.photo import Photo
 from relit.relighting import transfer
-from relit.runtime.threads import available, limit
-from relit.train.random_settings import RandomSettings, is_number
+from relit.runtime.threads import limit
+from relit.settings.option_fields import is_finite
+from relit.train.data_loader import loader_worker, share_of_threads
+from relit.train.image_in_sample import find, put, take
+from relit.train.random_settings import RandomSettings
 from relit.train.reference_pool import ReferencePool
 
 if TYPE_CHECKING:
@@ -29,31 +32,33 @@ if TYPE_CHECKING:
 
     from relit.inputs import AnyLandmarks
     from relit.settings.options import TransferOptions
-    from relit.train.random_settings import Draw
+    from relit.train.random_settings import Draw, Lights
 
 
 class RelightAugment:
     """Relight faces at random, to train with.
 
-    Called on an image, it returns one of the same kind, shape and dtype: an array ``(H, W)`` or
-    ``(H, W, 3)`` of uint8, uint16 or floats in [0, 1]; a `Photo`; a PIL image (L, RGB, with alpha or without,
-    I;16); a torch tensor ``(1, H, W)`` or ``(3, H, W)`` of uint8 or floats in [0, 1]; a ``tv_tensors.Image``.
-    A grey image stays grey: it takes the lightness of a reference alone.
+    Called on an image, it returns one of the same kind, shape and dtype: an array ``(H, W)``, ``(H, W, 1)``
+    or ``(H, W, 3)``, or with alpha ``(H, W, 2)`` or ``(H, W, 4)``, of uint8, uint16 or floats in [0, 1]; a
+    `Photo`; a PIL image (L, RGB, with alpha or without, I;16); a torch tensor ``(1, H, W)`` or ``(3, H, W)``
+    of uint8 or floats in [0, 1]; a ``tv_tensors.Image``. Alpha is kept. A grey image stays grey: it takes the
+    lightness of a reference alone.
 
     Called on a sample, a tuple, list or dict of anything, or several arguments, it relights the image in it
     and passes all else through, as transforms of torchvision's v2 do: the first PIL image, Photo or
     ``tv_tensors.Image``, or where there is none of these, the first array or plain tensor that has the shape
-    of a photo. It goes into ``v2.Compose``, before anything that takes values out of [0, 1].
+    of a photo (of arrays, ``(H, W)`` and ``(H, W, 3)`` come first). It goes into ``v2.Compose``, before
+    anything that takes values out of [0, 1].
 
     Parameters
     ----------
     references : path, image, or list of such, optional
         Photos that give the light. A path is that of a photo, of a folder, with all photos in it and its
         folders, or a pattern such as ``"lights/**/*.jpg"``. Files are read when they are first drawn.
-    lights : str or list of str, optional
-        Lights by name (``"rembrandt"``, ...), lamps ``"AZ,EL"``, or ``"random"`` for a lamp anywhere within
-        `azimuth` and `elevation`. By default ``"random"`` if there are no references. With both, half of the
-        draws are a reference.
+    lights : str, (float, float), or list of such, optional
+        Lights by name (``"rembrandt"``, ...), lamps by their place, ``"-30,20"`` or ``(-30, 20)``, or
+        ``"random"`` for a lamp anywhere within `azimuth` and `elevation`. By default ``"random"`` if there
+        are no references. With both, half of the draws are a reference.
     azimuth, elevation : (float, float)
         Ranges of a random lamp's place in degrees, to the right of the picture and upwards.
     strength : float, (low, high), or list of float
@@ -62,9 +67,9 @@ class RelightAugment:
         Probability that an image is relit. Otherwise it is returned itself.
     on_missing : {"keep", "raise"}
         Whether an image in which no face is found is returned itself, or an error. A reference without a face
-        always is one; `prepare` tells early.
+        always is one; `prepare` finds out early.
     seed : int, optional
-        With it, all draws are known: see Notes. Without, they are others in every process and epoch.
+        With it, a run can be repeated: see Notes. Without, draws differ in every process, epoch and run.
     reference_landmarks : list of (landmarks or None), optional
         One entry for each photo; by default faces are detected, once.
     detail : float, optional
@@ -88,21 +93,24 @@ class RelightAugment:
 
     Notes
     -----
+    With a seed, epochs differ, and the run repeats:
+
+    - In one process, calls are counted, and the second epoch goes on where the first one ended.
+    - In workers of a ``DataLoader``, draws depend on the seed that torch gives the worker, too: it is another
+      for every worker and in every epoch. As with any random transform, the run repeats if torch is seeded as
+      well: by ``torch.manual_seed``, or by the loader's ``generator``. Persistent workers go on counting.
+    - With ``set_epoch(epoch)`` before each epoch, as of ``DistributedSampler``, draws in workers do without
+      torch's seeds: they depend on `seed`, epoch, worker and number of the call alone, and `draw` tells them
+      beforehand.
+    - Other pools hand every worker the same copy: give each call its own ``number``, as the sample's index.
+      It counts as a call of the main process, so that the lights do not depend on who does the work.
+    - Processes of distributed training take one seed each, such as ``1000 * run + rank``.
+    - What is pickled or copied goes on where the original was.
+
     A call draws from ``numpy.random.SeedSequence(seed, spawn_key=(epoch, worker, number))``: `epoch` is 0 or
     what `set_epoch` was told; `worker` is 0, and in worker i of a ``DataLoader`` i + 1; `number` counts the
-    calls before it, in this process and epoch. So
-
-    - workers draw differently, forked or spawned, and the same in every run with as many of them;
-    - what is pickled or copied goes on where the original was;
-    - workers that a ``DataLoader`` starts anew for each epoch would begin again with the same lights: call
-      ``set_epoch(epoch)`` before each, as of ``DistributedSampler``. Persistent workers go on counting, and
-      need none;
-    - other pools hand every worker the same copy: give each call its own ``number``, as the sample's index.
-      That stands for `worker` 0 everywhere, so that the lights do not depend on who does the work;
-    - processes of distributed training take one seed each, such as ``1000 * run + rank``.
-
-    Without a seed, the seed is taken from the system, together with torch's own of the worker, which is
-    another in every epoch.
+    calls before it, in this process and epoch. For `seed` stands ``[seed, torch's seed of the worker]`` in a
+    worker, if `set_epoch` was never called or there is no seed.
 
     Examples
     --------
@@ -122,7 +130,7 @@ class RelightAugment:
         self,
         references: Any = None,
         *,
-        lights: str | Sequence[str] | None = None,
+        lights: Lights | None = None,
         azimuth: tuple[float, float] = (-90, 90),
         elevation: tuple[float, float] = (-20, 60),
         strength: float | tuple[float, float] | list[float] = (0.3, 1.0),
@@ -136,14 +144,15 @@ class RelightAugment:
     ) -> None:
         if on_missing not in ("keep", "raise"):
             raise OptionError(f"on_missing: expected 'keep' or 'raise', got {on_missing!r}")
-        if detail is not None and not (is_number(detail) and 0 < detail < np.inf):
+        if detail is not None and not (is_finite(detail) and detail > 0):
             raise OptionError(f"detail: expected a finite number of px above 0, or None, got {detail!r}")
         if references is None and reference_landmarks is not None:
             raise OptionError("reference_landmarks: expected none without references; leave them out")
         self.on_missing, self.detail = on_missing, detail
         self.seed = None if seed is None else _count("seed", seed)
         self._entropy = randbits(128) if self.seed is None else self.seed
-        self._epoch = self._calls = 0
+        self._epoch: int | None = None
+        self._calls = 0
         self._pool = None if references is None else ReferencePool(references, reference_landmarks)
         self._settings = RandomSettings(
             len(self.references),
@@ -168,7 +177,7 @@ class RelightAugment:
         landmarks : Landmarks or (n, 2) or (n, 3) array_like, optional
             Of the face in the image; detected by default, which takes about as long as relighting.
         number : int, optional
-            Do what `draw` tells of this number, and do not count the call.
+            Do what `draw` says for this number, and do not count the call.
 
         Returns
         -------
@@ -187,13 +196,14 @@ class RelightAugment:
             If the number is not one.
         """
         if number is None:
-            draw = self._draw(self._calls, self._worker())
+            draw = self._draw(self._calls, *self._process())
             self._calls += 1
         else:
             draw = self.draw(number)
         sample = (image, *others) if others else image
         place = find(sample)
-        photo, back = opened(take(sample, place), "image")
+        given = take(sample, place)
+        photo, back = opened(given, "image")
         if not draw.applied:
             return sample
         try:
@@ -208,7 +218,7 @@ class RelightAugment:
         reference = marks = None
         if self._pool and draw.reference is not None:
             reference, marks = self._pool.seen(draw.reference, photo, draw.options, self.detail)
-        with limit(_share()):
+        with limit(share_of_threads()):
             result = transfer(
                 photo,
                 reference,
@@ -217,7 +227,8 @@ class RelightAugment:
                 detail=self.detail,
                 options=draw.options,
             )
-        return put(sample, place, back(result.image))
+        made = back(result.image)
+        return put(sample, place, replace(given, pixels=made) if isinstance(given, Photo) else made)
 
     def __repr__(self) -> str:
         """Return what it draws from."""
@@ -235,6 +246,11 @@ class RelightAugment:
 
     def set_epoch(self, epoch: int) -> None:
         """Begin the draws of an epoch, in this process and in workers that are started from now on.
+
+        Parameters
+        ----------
+        epoch : int
+            From 0.
 
         Raises
         ------
@@ -266,7 +282,7 @@ class RelightAugment:
         number : int
             How many calls come before it.
         worker : int, optional
-            The call is one in this worker of a ``DataLoader``, from 0.
+            If the call is made in a worker of a ``DataLoader``: which, from 0.
 
         Returns
         -------
@@ -275,7 +291,8 @@ class RelightAugment:
         Raises
         ------
         OptionError
-            If a number is not an integer of 0 or more, or a worker is given where there is no seed.
+            If a number is not an integer of 0 or more, or a worker is given without a seed or before
+            `set_epoch`.
 
         Examples
         --------
@@ -284,36 +301,28 @@ class RelightAugment:
         >>> draw.applied, draw.options.light, round(draw.options.strength, 2)
         (True, '-53.1,30.0', 0.56)
         """
-        if worker is not None and self.seed is None:
-            raise OptionError("worker: what it draws is known only with a seed; give RelightAugment one")
-        known = () if worker is None else (_count("worker", worker) + 1,)
-        return self._draw(_count("number", number), known)
+        if worker is None:
+            return self._draw(_count("number", number))
+        if self.seed is None or self._epoch is None:
+            raise OptionError(
+                "worker: its draws are known only with a seed and an epoch; give RelightAugment a seed, and "
+                "call set_epoch"
+            )
+        return self._draw(_count("number", number), _count("worker", worker) + 1)
 
-    def _draw(self, number: int, worker: tuple[int, ...]) -> Draw:
-        """Draw what a call does, in a worker if that tells its number from 1, and torch's seed for none."""
-        who, *more = worker or (0,)
-        return self._settings.draw(
-            np.random.SeedSequence([self._entropy, *more], spawn_key=(self._epoch, who, number))
-        )
+    def _draw(self, number: int, process: int = 0, *seeds: int) -> Draw:
+        """Draw what a call in a process does, in a worker of torch's by its seed too if need be."""
+        entropy = [self._entropy, *seeds]
+        key = np.random.SeedSequence(entropy, spawn_key=(self._epoch or 0, process, number))
+        return self._settings.draw(key)
 
-    def _worker(self) -> tuple[int, ...]:
-        """Return what `_draw` is to know of this process."""
-        info = _loader()
+    def _process(self) -> tuple[int, ...]:
+        """Return the number of this process, and in a worker whose epoch is not known, its torch seed."""
+        info = loader_worker()
         if info is None:
-            return ()
-        return (info.id + 1,) if self.seed is not None else (info.id + 1, info.seed)
-
-
-def _loader() -> Any:
-    """Return what torch says of the worker of a ``DataLoader`` that this process is; None if it is none."""
-    data = sys.modules.get("torch.utils.data")
-    return data.get_worker_info() if data else None
-
-
-def _share() -> int:
-    """Return how many threads this process may take: workers share the cores."""
-    info = _loader()
-    return available() if info is None else max(1, available() // info.num_workers)
+            return (0,)
+        known = self.seed is not None and self._epoch is not None
+        return (info.id + 1,) if known else (info.id + 1, info.seed)
 
 
 def _count(name: str, value: Any) -> int:

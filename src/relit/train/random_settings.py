@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from itertools import product
-from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from relit.errors import OptionError
 from relit.settings.methods import WITH_SECOND_REFERENCE
+from relit.settings.option_fields import is_finite
 from relit.settings.options import TransferOptions
-from relit.settings.studio_lights import STUDIO_LIGHTS, studio_light
+from relit.settings.studio_lights import STUDIO_LIGHTS, light_text, studio_light
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    Lamp = tuple[float, float]
+    Lights = str | Lamp | Sequence[str | Lamp]
 
 RANDOM_LAMP = "random"
 
@@ -71,14 +74,14 @@ class RandomSettings:
         self,
         references: int,
         *,
-        lights: str | Sequence[str] | None = None,
+        lights: Lights | None = None,
         azimuth: tuple[float, float] = (-90, 90),
         elevation: tuple[float, float] = (-20, 60),
         p: float = 0.5,
         options: TransferOptions | None = None,
         changes: dict[str, Any],
     ) -> None:
-        if not (is_number(p) and 0 <= p <= 1):
+        if not (is_finite(p) and 0 <= p <= 1):
             raise OptionError(f"p: expected a probability, 0 to 1, got {p!r}")
         self.p = p
         self.references = references
@@ -134,7 +137,7 @@ def _checked(options: TransferOptions, changes: dict[str, Any]) -> TransferOptio
 def _values(name: str, change: Any) -> list[Any]:
     """Return all values of a choice, or the ends and the middle of a range."""
     if isinstance(change, tuple):
-        if not (len(change) == 2 and all(map(is_number, change)) and change[0] <= change[1]):
+        if not (len(change) == 2 and all(map(is_finite, change)) and change[0] <= change[1]):
             raise OptionError(
                 f"{name}: expected two numbers (low, high), low first, for a range, got {change!r}; a choice "
                 "is a list"
@@ -148,35 +151,32 @@ def _values(name: str, change: Any) -> list[Any]:
     return [change]
 
 
-def _lights(lights: str | Sequence[str] | None, default: tuple[str, ...]) -> tuple[str, ...]:
+def _lights(lights: Any, default: tuple[str, ...]) -> tuple[str, ...]:
+    """Return lights as options keep them, or the word for a random one."""
     if lights is None:
         return default
-    names = tuple(lights) if isinstance(lights, (list, tuple)) else (lights,)
-    if not names:
+    if lights in ([], ()):
         raise OptionError("lights: expected at least one, got none; leave them out for the default")
-    for name in names:
+    one = not isinstance(lights, (list, tuple)) or all(map(is_finite, lights))  # numbers are a lamp's angles
+    given = [lights] if one else lights
+    for light in given:
         try:
-            if name != RANDOM_LAMP:
-                studio_light(str(name))
+            if light != RANDOM_LAMP:
+                studio_light(light)
         except OptionError:
             raise OptionError(
                 f"lights: expected {RANDOM_LAMP}, {', '.join(STUDIO_LIGHTS)}, or AZ,EL in degrees within "
-                f"±180 and ±90, got {name!r}"
+                f"±180 and ±90, got {light!r}"
             ) from None
-    return names
+    return tuple(map(light_text, given))
 
 
 def _angles(name: str, angles: Any, most: float) -> tuple[float, float]:
     if not (
         isinstance(angles, (tuple, list))
         and len(angles) == 2
-        and all(map(is_number, angles))
+        and all(map(is_finite, angles))
         and -most <= angles[0] <= angles[1] <= most
     ):
         raise OptionError(f"{name}: expected (low, high) in degrees within ±{most}, got {angles!r}")
     return angles[0], angles[1]
-
-
-def is_number(value: Any) -> bool:
-    """Return whether something is a real number."""
-    return isinstance(value, Real) and not isinstance(value, bool)

@@ -38,7 +38,7 @@ class ReferencePool:
     Parameters
     ----------
     references : path, image, or list of such
-        Images are of any kind that `image_kinds.opened` takes. A path is that of a photo, of a folder, whose
+        Images are of any kind that `relit.transfer` takes. A path is that of a photo, of a folder, whose
         photos it stands for, those of its folders too, or a pattern with ``*``, ``?``, ``[...]`` and ``**``,
         both sorted by name.
     landmarks : sequence of (landmarks or None), optional

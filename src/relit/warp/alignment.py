@@ -15,13 +15,16 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 
 from relit.errors import OptionError
 from relit.face.landmarks import Landmarks, as_landmarks, check_inside, check_pair, control_rows
-from relit.photo.pixels import check_samples, from_unit, to_unit
+from relit.photo.foreign_images import pixels_of
+from relit.photo.pixels import check_samples, from_unit, size_and_dtype, to_unit
 from relit.runtime.memo import remembered
 from relit.runtime.threads import one_blas_thread
 from relit.warp.rbf import RBF, KernelName, fit_rbf, spacing_of, spread_of
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+    from relit.photo.foreign_images import AnyImage
 
 #: What smoothing None tries, in turn, until the map no longer folds: detected points are noisy, and an exact
 #: spline through dense noise can turn over.
@@ -66,6 +69,11 @@ class Alignment:
     smoothing: float
     scale: float
 
+    def __repr__(self) -> str:
+        """Return size and dtype of the warped reference, and how it was laid."""
+        fit = f"folded={self.folded:.3g}, smoothing={self.smoothing:.3g}, scale={self.scale:.3g}"
+        return f"Alignment({size_and_dtype(self.warped)}, {fit})"
+
     def lay(self, image: NDArray[Any]) -> NDArray[np.float32]:
         """Return what else is of the reference's shape, in [0, 1], laid as the reference is.
 
@@ -81,7 +89,7 @@ class Alignment:
 
 
 def align(
-    reference: NDArray[Any],
+    reference: AnyImage,
     reference_landmarks: Landmarks | ArrayLike,
     target_landmarks: Landmarks | ArrayLike,
     shape: tuple[int, ...],
@@ -95,8 +103,8 @@ def align(
 
     Parameters
     ----------
-    reference : (H', W') or (H', W', 3) array
-        uint8, uint16 or float in [0, 1].
+    reference : array, Photo, PIL image, torch tensor, or path
+        As of `relit.transfer`; alpha is left out.
     reference_landmarks, target_landmarks : Landmarks or (n, 2) or (n, 3) array_like
         Paired row by row. Of a mesh, well-spread points on the features' outlines are used; irises and inner
         lips are left out, since they follow gaze and speech.
@@ -132,16 +140,17 @@ def align(
     >>> int(alignment.warped[16, 10]), alignment.folded
     (13, 0.0)
     """
-    check_samples(reference, "reference")
+    image = pixels_of(reference, "reference")
+    check_samples(image, "reference")
     reference_landmarks = as_landmarks(reference_landmarks, "reference_landmarks")
     target_landmarks = as_landmarks(target_landmarks, "target_landmarks")
     if len(shape) < 2 or min(shape[:2]) < 1:
         raise OptionError(f"shape: expected (H, W, ...) of the target, got {shape!r}")
     check_pair(target_landmarks, reference_landmarks)
     check_inside(target_landmarks, shape, "target_landmarks")
-    check_inside(reference_landmarks, reference.shape, "reference_landmarks")
+    check_inside(reference_landmarks, image.shape, "reference_landmarks")
     return lay_over(
-        reference,
+        image,
         reference_landmarks,
         target_landmarks,
         shape,
