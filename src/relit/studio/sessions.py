@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from relit.errors import FaceNotFoundError, RelitError
 from relit.face.detect import detect_landmarks
+from relit.runtime.lru import LRU
 from relit.runtime.memo import Memo, size_of
 
 if TYPE_CHECKING:
@@ -164,8 +165,8 @@ class Sessions:
     """
 
     def __init__(self, most: int = 64, most_bytes: int = 2_000_000_000) -> None:
-        self._most, self._most_bytes = most, most_bytes
-        self._by_token: dict[str, Session] = {}
+        self._most = most
+        self._by_token: LRU[str, Session] = LRU(most_bytes, lambda session: {id(session): session.size})
         self._lock = threading.Lock()
 
     def __len__(self) -> int:
@@ -177,9 +178,9 @@ class Sessions:
         with self._lock:
             self._sweep()
             while len(self._by_token) >= self._most:
-                self._end_idlest()
+                self._by_token.pop(self._by_token.items()[0][0])
             token = secrets.token_urlsafe(24)
-            self._by_token[token] = Session()
+            self._by_token.put(token, Session())
             return token
 
     def begin_with(self, photos: Sequence[Photo]) -> str:
@@ -209,7 +210,7 @@ class Sessions:
     def end(self, token: str) -> None:
         """End a session, and forget its photos."""
         with self._lock:
-            self._by_token.pop(token, None)
+            self._by_token.pop(token)
 
     def keep(self, session: Session, role: str, sitter: Sitter) -> None:
         """Give a session a photo; those idle longest end where memory would not do."""
@@ -220,23 +221,13 @@ class Sessions:
     def make_room(self, session: Session) -> None:
         """Where memory would not do, have others forget their previews, and then end, the idlest first."""
         with self._lock:
-            excess = sum(one.size for one in self._by_token.values()) - self._most_bytes
-            others = sorted(
-                (one.touched, token) for token, one in self._by_token.items() if one is not session
-            )
-            for _, token in others:
-                if excess > 0:
-                    before = self._by_token[token].size
-                    self._by_token[token].forget()
-                    excess -= before - self._by_token[token].size
-            for _, token in others:
-                if excess > 0:
-                    excess -= self._by_token.pop(token).size
+            for _, other in self._by_token.items():
+                if other is not session and self._by_token.excess:
+                    other.forget()
+            self._by_token.make_room(*(token for token, one in self._by_token.items() if one is session))
 
     def _sweep(self) -> None:
         oldest = time.monotonic() - EXPIRES
-        for token in [token for token, one in self._by_token.items() if one.touched < oldest]:
-            del self._by_token[token]
-
-    def _end_idlest(self) -> None:
-        del self._by_token[min(self._by_token, key=lambda token: self._by_token[token].touched)]
+        for token, session in self._by_token.items():
+            if session.touched < oldest:
+                self._by_token.pop(token)
