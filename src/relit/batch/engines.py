@@ -1,14 +1,9 @@
-"""What runs functions in other processes: loky here, Dask and Ray here or on a cluster.
-
-Scheduling, restarting and moving work is theirs. They get one face: a function goes in, a future comes out,
-and a process that dies is always a `WorkerLostError`.
-"""
+"""Engines by name."""
 
 from __future__ import annotations
 
-from concurrent.futures import wait
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal
 
 from relit.batch.on_dask import on_dask
 from relit.batch.on_loky import on_loky
@@ -16,51 +11,19 @@ from relit.batch.on_ray import on_ray
 from relit.errors import OptionError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from concurrent.futures import Future
+    from collections.abc import Iterator
+
+    from relit.batch.engine import Engine
 
 Name = Literal["local", "dask", "ray"]
 _ENGINES: dict[str, Any] = {"local": on_loky, "dask": on_dask, "ray": on_ray}
 
 
-class Engine(Protocol):
-    """What runs functions in other processes."""
-
-    @property
-    def workers(self) -> int:
-        """How many functions run at once; submit more than that, and no worker has to wait."""
-        ...
-
-    def submit(self, function: Callable[..., Any], *args: Any) -> Future[Any]:
-        """Run a function in a worker.
-
-        Parameters
-        ----------
-        function : callable
-            Found by its name in a module that the workers can import, or small enough to be sent.
-        *args
-            Likewise small: give places of photos, not photos.
-
-        Returns
-        -------
-        concurrent.futures.Future
-            Of what the function returns or raises. If the process died that it ran in, `WorkerLostError`;
-            with the local engine, that befalls all that was submitted and not done.
-
-        Raises
-        ------
-        ClusterLostError
-            If the whole cluster is gone; what was submitted before says so too.
-        """
-        ...
-
-
 @contextmanager
-def engine(name: Name, workers: int, *, address: str | None = None) -> Iterator[Engine]:
-    """Lend an engine.
+def engine(name: Name, workers: int, *, address: str | None = None) -> Iterator[Engine[Any]]:
+    """Lend an engine; when the block ends, what is under way is given up.
 
-    At the end of the block, what was submitted is finished; if the block ends by an exception, it is
-    given up at once. Workers do not hear Ctrl-C, and end when this process dies.
+    Workers do not hear Ctrl-C, and end when this process dies.
 
     Parameters
     ----------
@@ -82,8 +45,8 @@ def engine(name: Name, workers: int, *, address: str | None = None) -> Iterator[
     Examples
     --------
     >>> with engine("local", 1) as lent:
-    ...     lent.submit(abs, -3).result()
-    3
+    ...     [result for ended in lent.run(abs, [(-3,)]) for _, result in ended]
+    [3]
     """
     if name not in _ENGINES:
         raise OptionError(f"engine: expected one of {', '.join(_ENGINES)}, got {name!r}")
@@ -93,4 +56,3 @@ def engine(name: Name, workers: int, *, address: str | None = None) -> Iterator[
         raise OptionError("address: goes with the engines dask and ray; leave it out, or choose one of them")
     with _ENGINES[name](workers, address) as lent:
         yield lent
-        wait(lent.pending)

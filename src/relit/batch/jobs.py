@@ -78,7 +78,6 @@ class Job:
         Below the folder of the batch, with ``/`` between folders: a file, or for ``decompose`` a folder.
     """
 
-    number: int
     target: str
     reference: str | None
     output: str
@@ -93,67 +92,47 @@ class Job:
         return tuple(place for place in places if place is not None)
 
     def files(self, kind: str) -> tuple[str, ...]:
-        """Return the files that are written, below the folder of the batch.
-
-        Examples
-        --------
-        >>> job = Job(1, "a.jpg", None, "faces/a", None, None, TransferOptions())
-        >>> job.files("decompose")
-        ('faces/a/u.png', 'faces/a/v.png')
-        """
+        """Return the files that are written, below the folder of the batch."""
         return tuple(f"{self.output}/{part}" for part in KINDS[kind].parts) or (self.output,)
 
 
 class File(NamedTuple):
-    """What a place held: the SHA-256 of its bytes, and a stamp by which to see that they are the same.
+    """What a place held: the SHA-256 of its bytes, and the version by which to see that they are the same.
 
     Attributes
     ----------
-    stamp : tuple of (int, int) or None
-        Size, and time of the last change in ns; None where a place tells neither.
+    version : str or None
+        As of `places.version_of`.
     """
 
     digest: str
-    stamp: tuple[int, int] | None
+    version: str | None
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a row ended.
+    """How a job ended.
 
     Attributes
     ----------
     output : str
-        As of the job; empty where a row did not come to have one.
-    status : {"ok", "failed"}
+        As of the job.
     reason : str
-        Why it failed.
-    made : str
-        Digest of all that decides what is written: `work.recipe`.
+        Why it failed; empty where it did not.
+    recipe : str
+        Digest of all that decides what is written: `work.recipe_of`.
     inputs, files : tuple of File
         What was read, and what was written.
-    seconds : mapping of str to float
-        By stage.
-    confidence : mapping of str to float
-        Of the landmarks that were found, by role.
-    metrics : mapping of str to float
+    measured : mapping of str to float
+        Seconds by stage, confidence of the landmarks that were found, and more, by column of the table.
     """
 
-    number: int
     output: str
-    status: str
     reason: str = ""
-    made: str = ""
+    recipe: str = ""
     inputs: tuple[File, ...] = ()
     files: tuple[File, ...] = ()
-    seconds: Mapping[str, float] = field(default_factory=dict)
-    confidence: Mapping[str, float] = field(default_factory=dict)
-    metrics: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def key(self) -> str:
-        """What tells it from those of all other rows."""
-        return self.output or f"\0{self.number}"
+    measured: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -189,11 +168,5 @@ def options_with(options: TransferOptions, changes: tuple[tuple[str, Any], ...])
     ------
     OptionError
         If one is out of range.
-
-    Examples
-    --------
-    >>> one, other = (options_with(TransferOptions(), (("strength", 0.5),)) for _ in range(2))
-    >>> one is other, one.strength
-    (True, 0.5)
     """
     return options.changed(**dict(changes))

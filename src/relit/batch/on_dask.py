@@ -4,22 +4,51 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import relit
-from relit.batch.lent import GONE, PATIENCE, Lent, deaf_children, library, share, work
+from relit.batch.engine import PATIENCE, Engine, deaf_children, library, lost_worker, share, work
 from relit.errors import ClusterLostError, OptionError, RelitError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
+
+
+class _Dask(Engine[Any]):
+    """It runs what was in a process that died elsewhere, three times by default."""
+
+    def __init__(self, distributed: Any, client: Any, workers: int, threads: int) -> None:
+        self.workers = max(workers, sum(client.nthreads().values()))
+        self._distributed, self._client, self._threads = distributed, client, threads
+
+    def submit(self, function: Callable[..., Any], *args: Any) -> Any:
+        if self._client.status in ("closing", "closed"):  # a future of such a client would never be done
+            raise _gone()
+        return self._client.submit(work, self._threads, function, *args, pure=False)
+
+    def wait(self, futures: list[Any], seconds: float) -> Iterable[Any]:
+        try:
+            with self._client.as_current():  # wait asks for a client by itself
+                return self._distributed.wait(futures, seconds, "FIRST_COMPLETED").done  # type: ignore[no-any-return]
+        except TimeoutError:
+            return ()
+        except CancelledError as error:
+            raise _gone() from error
+
+    def result(self, future: Any) -> Any:
+        try:
+            return future.result()  # where a worker dies with a result on its way, that is computed again
+        except self._distributed.KilledWorker as error:
+            raise lost_worker() from error
+        except CancelledError as error:
+            raise _gone() from error
 
 
 @contextmanager
-def on_dask(workers: int, address: str | None) -> Iterator[Lent]:
-    """Lend a Dask cluster; it runs what was in a process that died elsewhere, three times by default."""
+def on_dask(workers: int, address: str | None) -> Iterator[Engine[Any]]:
+    """Lend a Dask cluster."""
     distributed = library("distributed", "cluster")
     with ExitStack() as stack:
         if address is None:
@@ -28,35 +57,13 @@ def on_dask(workers: int, address: str | None) -> Iterator[Lent]:
             _greet(distributed, cluster := address)
         client = stack.enter_context(distributed.Client(cluster, set_as_default=False))
         _check_versions(client.get_versions(packages=["relit"]))
-        threads = share(workers, address)
-
-        def start(function: Callable[..., Any], *args: Any) -> Future[Any]:
-            if client.status in ("closing", "closed"):  # a future of such a client would never be done
-                raise ClusterLostError(GONE)
-            # Not by client.get_executor: where a worker dies with a result that is on its way, its futures
-            # raise a TypeError (distributed 2026.8); result() waits until that is computed again.
-            future, outer = client.submit(work, threads, function, *args, pure=False), Future[Any]()
-            outer.add_done_callback(lambda _: None if future.done() else future.cancel())
-            future.add_done_callback(partial(_hand_over, outer=outer))
-            return outer
-
-        at_once = max(workers, sum(client.nthreads().values()))
-        yield Lent(at_once, start, (distributed.scheduler.KilledWorker,))
+        yield _Dask(distributed, client, workers, share(workers, address))
 
 
-def _hand_over(future: Any, outer: Future[Any]) -> None:
-    """Let a future of ours end as Dask's did."""
-    try:
-        result = future.result()
-    except CancelledError:
-        outer.cancel()
-        outer.set_running_or_notify_cancel()  # wakes who waits for it
-    except BaseException as error:
-        if outer.set_running_or_notify_cancel():
-            outer.set_exception(error)
-    else:
-        if outer.set_running_or_notify_cancel():
-            outer.set_result(result)
+def _gone() -> ClusterLostError:
+    return ClusterLostError(
+        "the cluster is gone; see that it runs, and start again: what was done stays done"
+    )
 
 
 def _start(distributed: Any, workers: int) -> Any:

@@ -7,17 +7,40 @@ import socket
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from relit.batch.lent import PATIENCE, Lent, library, share, work
+from relit.batch.engine import PATIENCE, Engine, library, lost_worker, share, work
 from relit.errors import OptionError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from concurrent.futures import Future
+    from collections.abc import Callable, Iterable, Iterator
+
+
+class _Ray(Engine[Any]):
+    """It runs what was in a process that died anew, three times by default."""
+
+    def __init__(self, ray: Any, workers: int, threads: int) -> None:
+        self.workers = max(workers, int(ray.cluster_resources().get("CPU", 0)))
+        self._ray, self._threads = ray, threads
+        self._remote = ray.remote(num_cpus=1)(work)
+
+    def submit(self, function: Callable[..., Any], *args: Any) -> Any:
+        return self._remote.remote(self._threads, function, *args)
+
+    def wait(self, futures: list[Any], seconds: float) -> Iterable[Any]:
+        return self._ray.wait(futures, timeout=seconds)[0]  # type: ignore[no-any-return]
+
+    def result(self, future: Any) -> Any:
+        told = self._ray.exceptions
+        try:
+            return self._ray.get(future)
+        except (told.WorkerCrashedError, told.OutOfMemoryError, told.NodeDiedError) as error:
+            raise lost_worker() from error
+        except told.RayTaskError as error:
+            raise error.cause from None
 
 
 @contextmanager
-def on_ray(workers: int, address: str | None) -> Iterator[Lent]:
-    """Lend a Ray; it runs what was in a process that died anew, three times by default."""
+def on_ray(workers: int, address: str | None) -> Iterator[Engine[Any]]:
+    """Lend a Ray."""
     ray = library("ray", "ray")
     if ray.is_initialized():
         raise OptionError("engine: Ray runs in this process already; call ray.shutdown() first")
@@ -34,17 +57,7 @@ def on_ray(workers: int, address: str | None) -> Iterator[Lent]:
             f"10.0.0.1:6379, where ray start --head was called ({error})"
         ) from error
     try:
-        threads = share(workers, address)
-        remote = ray.remote(num_cpus=1)(work)
-
-        def start(function: Callable[..., Any], *args: Any) -> Future[Any]:
-            future: Future[Any] = remote.remote(threads, function, *args).future()
-            return future
-
-        of_ray = ray.exceptions
-        lost = (of_ray.WorkerCrashedError, of_ray.OutOfMemoryError, of_ray.NodeDiedError)
-        at_once = max(workers, int(ray.cluster_resources().get("CPU", 0)))
-        yield Lent(at_once, start, lost, of_ray.RayTaskError)
+        yield _Ray(ray, workers, share(workers, address))
     finally:
         ray.shutdown()
 

@@ -10,22 +10,67 @@ from __future__ import annotations
 import os
 import re
 import secrets
-from fnmatch import fnmatchcase
-from importlib import import_module
-from pathlib import PurePosixPath
-from typing import TYPE_CHECKING
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from relit.batch.stores import below, is_file, is_folder, kind_of, masked, path_of, reason, store_of
+import fsspec
+from fsspec.implementations.local import LocalFileSystem
+
 from relit.errors import ImageError, OptionError, OutputError, RelitError
+from relit.photo import patterns
 from relit.photo.atomic_files import save_atomically
-from relit.photo.photo import PHOTO_SUFFIXES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 _READ_ONLY = ("http", "https")
-_WILD = re.compile(r"[*?[]")
-_TEMPORARY = (".tmp", ".part", "~")
+
+#: Where stores say which version of a file they have, the surest first: fsspec leaves the names to them.
+_VERSIONS = (
+    "generation",  # gs://
+    "md5Hash",
+    "ETag",  # s3://, http://
+    "etag",  # az://
+    "content_md5",
+    "mtime",  # sftp://
+    "modificationTime",  # hdfs://
+    "LastModified",
+    "last_modified",
+    "Last-Modified",
+    "modified",
+    "created",  # memory://
+)
+
+
+def masked(text: str) -> str:
+    """Return a text without the passwords, keys and signatures that URLs in it may hold.
+
+    Examples
+    --------
+    >>> masked("sftp://ann:secret@host/1.png"), masked("https://host/1.png?signature=secret")
+    ('sftp://***@host/1.png', 'https://host/1.png?***')
+    """
+    text = re.sub(r"(://)[^/\s]*@", r"\1***@", text)
+    return re.sub(r"(://[^\s?'\"]*\?)[^\s'\"]*", r"\1***", text)
+
+
+def path_of(place: str) -> Path | None:
+    """Return the path of a place on this machine, None for one elsewhere."""
+    if "://" in place and not place.startswith("file://"):
+        return None
+    return Path(place.removeprefix("file://"))
+
+
+def join(root: str, relative: str) -> str:
+    """Return the place that is so far below another.
+
+    Examples
+    --------
+    >>> join("s3://bucket/out", "ann/1.png"), join("out/", "1.png"), join("", "1.png")
+    ('s3://bucket/out/ann/1.png', 'out/1.png', '1.png')
+    """
+    return f"{root}{relative}" if not root or root.endswith("/") else f"{root}/{relative}"
 
 
 def read_bytes(place: str) -> bytes:
@@ -37,29 +82,19 @@ def read_bytes(place: str) -> bytes:
         If there is none, or it cannot be read.
     OptionError
         If the URL is of a kind that is not known or not installed.
-
-    Examples
-    --------
-    >>> read_bytes("no-such.jpg")
-    Traceback (most recent call last):
-        ...
-    relit.errors.ImageError: no-such.jpg: there is no such file; check the name
     """
-    path = path_of(place)
     try:
-        if path is not None:
-            return path.read_bytes()
-        store, key = store_of(place)
+        store, key = _store_of(place)
         return bytes(store.cat_file(key))
     except RelitError:
         raise
     except FileNotFoundError:
-        hint = "; what is in memory is known to its own process alone" if kind_of(place) == "memory" else ""
+        hint = "; what is in memory is known to its own process alone" if _kind_of(place) == "memory" else ""
         raise ImageError(f"{masked(place)}: there is no such file; check the name{hint}") from None
     except IsADirectoryError:
         raise ImageError(f"{masked(place)}: is a folder; give the name of one file in it") from None
     except Exception as error:  # each store has its own
-        raise ImageError(f"{masked(place)}: cannot be read ({reason(error)}); check the name") from None
+        raise ImageError(f"{masked(place)}: cannot be read ({_reason(error)}); check the name") from None
 
 
 def write_atomically(place: str, data: bytes, *, overwrite: bool) -> None:
@@ -70,57 +105,42 @@ def write_atomically(place: str, data: bytes, *, overwrite: bool) -> None:
     Object stores such as ``s3://`` and ``gs://`` cannot, and need not: what is put there appears when it is
     complete. Of two who write one new file at a time, the last may win in a store.
 
-    Parameters
-    ----------
-    place : str
-    data : bytes
-    overwrite : bool
-        Whether a file that exists may be replaced.
-
     Raises
     ------
     OutputError
         If the file exists and may not be replaced, or cannot be written.
     OptionError
         If the URL is of a kind that is not known or not installed.
-
-    Examples
-    --------
-    >>> write_atomically("https://example.org/face.png", b"", overwrite=False)
-    Traceback (most recent call last):
-        ...
-    relit.errors.OutputError: https://example.org/face.png: https can only be read from; write to a path, or \
-to a store such as s3://
     """
     path = path_of(place)
     try:
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)
             save_atomically(path, data, overwrite=overwrite)
+        elif _kind_of(place) in _READ_ONLY:
+            raise OutputError(
+                f"{masked(place)}: {_kind_of(place)} can only be read from; write to a path, or to a store "
+                "such as s3://"
+            )
         else:
             _put(place, data, overwrite)
     except RelitError:
         raise
     except Exception as error:  # each store has its own
         raise OutputError(
-            f"{masked(place)}: cannot be written ({reason(error)}); choose another place"
+            f"{masked(place)}: cannot be written ({_reason(error)}); choose another place"
         ) from None
 
 
 def _put(place: str, data: bytes, overwrite: bool) -> None:
-    if kind_of(place) in _READ_ONLY:
-        raise OutputError(
-            f"{masked(place)}: {kind_of(place)} can only be read from; write to a path, or to a store such "
-            "as s3://"
-        )
-    store, key = store_of(place)
+    store, key = _store_of(place)
     there = store.exists(key)
     if there and not overwrite:
         raise OutputError(
             f"{masked(place)}: exists already; use --force or overwrite=True to replace it, or choose "
             "another name"
         )
-    if type(store).mv is import_module("fsspec").AbstractFileSystem.mv:  # it copies, so it is no renaming
+    if type(store).mv is fsspec.AbstractFileSystem.mv:  # it copies, so it is no renaming
         store.pipe_file(key, data)
         return
     folder = key.rpartition("/")[0]
@@ -146,75 +166,60 @@ def exists(place: str) -> bool:
         If that cannot be found out.
     OptionError
         If the URL is of a kind that is not known or not installed.
-
-    Examples
-    --------
-    >>> exists("no-such.jpg"), exists(".")
-    (False, True)
     """
     path = path_of(place)
     try:
         if path is not None:
             return path.exists()
-        store, key = store_of(place)
+        store, key = _store_of(place)
         return bool(store.exists(key))
     except RelitError:
         raise
     except Exception as error:
-        raise ImageError(f"{masked(place)}: cannot be reached ({reason(error)}); check the name") from None
+        raise ImageError(f"{masked(place)}: cannot be reached ({_reason(error)}); check the name") from None
 
 
-def join(root: str, relative: str) -> str:
-    """Return the place that is so far below another.
+def version_of(place: str) -> str | None:
+    """Return what changes whenever a file does; None where that cannot be told.
 
-    Examples
-    --------
-    >>> join("s3://bucket/out", "ann/1.png"), join("out/", "1.png"), join("", "1.png")
-    ('s3://bucket/out/ann/1.png', 'out/1.png', '1.png')
+    For a path, that is its size and the time of its last change in ns; for a URL, its size and a digest of
+    what its store says: a generation, an ETag or a time.
     """
-    return f"{root}{relative}" if not root or root.endswith("/") else f"{root}/{relative}"
+    path = path_of(place)
+    try:
+        if path is not None:
+            found = path.stat()
+            return f"{found.st_size} {found.st_mtime_ns}"
+        store, key = _store_of(place)
+        info = store.info(key)
+        told = next((name, info[name]) for name in _VERSIONS if info.get(name))
+        return f"{info['size']} {sha256(repr(told).encode()).hexdigest()[:16]}"
+    except Exception:  # each store has its own; whoever reads the file is told what is wrong
+        return None
 
 
 def expand(pattern: str) -> list[str]:
-    """Return the files that a pattern means, sorted.
+    """Return the files that a pattern means, as `patterns.expand` has it; there is at least one.
 
-    ``*``, ``?`` and ``[...]`` stand for parts of one name, ``**`` for any folders between. A folder means all
-    photos below it, told by their suffixes; the name of a file, that file. Hidden and temporary files are
-    left out, and links to folders not followed. The results begin as the pattern does.
-
-    Parameters
-    ----------
-    pattern : str
-        Path or URL. An ``http`` address is never a pattern, since ``?`` means something else there.
-
-    Returns
-    -------
-    list of str
+    An ``http`` address is never a pattern, since ``?`` means something else there.
 
     Raises
     ------
     OptionError
-        If it means no file, or the folder cannot be listed.
-
-    Examples
-    --------
-    >>> from relit.photo.samples import sample
-    >>> folder = str(sample("target").parent)
-    >>> [PurePosixPath(place).name for place in expand(folder + "/t*.*")]
-    ['target.png']
+        If it means no file, or a folder cannot be listed.
     """
-    if kind_of(pattern) in _READ_ONLY:
+    if _kind_of(pattern) in _READ_ONLY:
         return [pattern]
     try:
-        found = sorted(_expand(pattern.replace(os.sep, "/")))
+        found = patterns.expand(
+            pattern.replace(os.sep, "/"), is_file=_is_file, is_folder=_is_folder, below=_below
+        )
     except RelitError:
         raise
-    except (FileNotFoundError, NotADirectoryError):
-        found = []
     except Exception as error:
         where = getattr(error, "filename", None) or pattern  # of a local folder below
         raise OptionError(
-            f"{masked(str(where))}: cannot be listed ({reason(error)}); check the name and its permissions"
+            f"{masked(str(where))}: cannot be listed ({_reason(error)}); check the name and its permissions"
         ) from None
     if not found:
         raise OptionError(
@@ -224,25 +229,47 @@ def expand(pattern: str) -> list[str]:
     return found
 
 
-def _expand(pattern: str) -> Iterator[str]:
-    if is_file(pattern):
-        yield pattern
+def _is_file(place: str) -> bool:
+    store, key = _store_of(place)
+    return bool(store.isfile(key))
+
+
+def _is_folder(place: str) -> bool:
+    store, key = _store_of(place)
+    return bool(store.isdir(key))
+
+
+def _below(root: str, deepest: int | None) -> Iterator[str]:
+    path = path_of(root)
+    if path is not None:
+        yield from patterns.files_below(str(path), deepest)  # fsspec would follow links, and leave out errors
         return
-    root, wild = pattern, []
-    if (first := _WILD.search(pattern)) and not is_folder(pattern):
-        cut = pattern.rfind("/", 0, first.start()) + 1
-        root, wild = pattern[:cut], pattern[cut:].split("/")
-    for relative in below(root, None if "**" in wild or not wild else len(wild)):
-        parts = relative.split("/")
-        if any(part.startswith(".") for part in parts) or parts[-1].endswith(_TEMPORARY):
-            continue
-        if _fits(parts, wild) if wild else PurePosixPath(relative).suffix.lower() in PHOTO_SUFFIXES:
-            yield join(root, relative)
+    store, key = _store_of(root)
+    for name in store.find(key, maxdepth=deepest):
+        if relative := name.removeprefix(key).lstrip("/"):  # a file is found below itself
+            yield relative
 
 
-def _fits(parts: list[str], wild: list[str]) -> bool:
-    if not wild:
-        return not parts
-    if wild[0] == "**":
-        return _fits(parts, wild[1:]) or (bool(parts) and _fits(parts[1:], wild))
-    return bool(parts) and fnmatchcase(parts[0], wild[0]) and _fits(parts[1:], wild[1:])
+def _store_of(place: str) -> tuple[Any, str]:
+    """Return the file system that a place is of, and the name of the file in it."""
+    path = path_of(place)
+    if path is not None:
+        return LocalFileSystem(), str(path.absolute())
+    try:
+        store, key = fsspec.core.url_to_fs(place)
+    except (ImportError, ValueError) as error:
+        raise OptionError(
+            f"{masked(place)}: {_reason(error)}; install what it needs, or check what is before ://"
+        ) from None
+    store.invalidate_cache()  # other processes write there too
+    return store, key
+
+
+def _kind_of(place: str) -> str:
+    """Return what is before ``://``."""
+    return place.partition("://")[0].lower() if "://" in place else "file"
+
+
+def _reason(error: BaseException) -> str:
+    """Return what an exception says, without secrets."""
+    return masked(str(getattr(error, "strerror", None) or error or type(error).__name__))

@@ -1,35 +1,41 @@
-"""The run of a batch: rows through workers, each outcome written down before the next is looked at."""
+"""The run of a batch: rows through workers, each outcome on disk before the next is looked at."""
 
 from __future__ import annotations
 
-from collections import deque
-from concurrent.futures import FIRST_COMPLETED, wait
-from dataclasses import dataclass
+import os
+import time
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
+from datetime import UTC, datetime
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 from relit._version import VERSION
+from relit.batch import places
 from relit.batch.clashes import check_names
-from relit.batch.jobs import KINDS, Job, Outcome
-from relit.batch.naming import Naming
-from relit.batch.stores import path_of
-from relit.batch.sweep import Sweep
+from relit.batch.engines import engine
+from relit.batch.jobs import KINDS, Outcome
+from relit.batch.journal import Journal
+from relit.batch.naming import STATE, Naming
+from relit.batch.results import check_table, write_record, write_table
 from relit.batch.work import do, is_settled
-from relit.errors import ClusterLostError, OptionError, WorkerLostError
+from relit.errors import OptionError, OutputError, WorkerLostError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
-    from concurrent.futures import Future
 
-    from relit.batch.engines import Engine
-    from relit.batch.jobs import Plan, Row, Rows
-    from relit.batch.journal import Journal
+    from relit.batch.engine import Engine
+    from relit.batch.jobs import Job, Plan, Row, Rows
     from relit.settings.options import TransferOptions
 
-    Item = tuple[Job, Outcome | None]
+    Item = tuple[Job, Plan, Outcome | None]  # what `work.do` takes
+    Tell = Callable[["Counts"], None]
 
-_AT_ONCE = 1000  # rows that cannot be done, written down together
-_TICK = 1.0  # s between looks at the progress, at most
+_DIED = (
+    "the worker died (out of memory, or a crash); give it more memory with fewer workers, or make the photos "
+    "smaller"
+)
 
 
 @dataclass
@@ -55,6 +61,63 @@ class Counts:
     def done(self) -> int:
         """All that are through."""
         return self.kept + self.ok + self.failed
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where a batch keeps what is not a result.
+
+    Attributes
+    ----------
+    journal : Path
+        Local, even where results are not.
+    results, record : str
+        The table of all rows, and what the run was.
+    """
+
+    journal: Path
+    results: str
+    record: str
+
+    @classmethod
+    def of(cls, folder: str, journal: str | None = None, results: str | None = None) -> Places:
+        """Return the places that go with a folder for results.
+
+        Raises
+        ------
+        OptionError
+            If the folder is not local and no journal is given, or the table is of unknown format.
+        """
+        if journal is None and "://" in folder:
+            raise OptionError(
+                "--journal: expected a local file where the results are not; a run goes on from it, so give "
+                "the same one again"
+            )
+        found = cls(
+            Path(journal) if journal else Path(folder, STATE, "journal.sqlite"),
+            results or places.join(folder, "results.csv"),
+            places.join(folder, "run.json"),
+        )
+        check_table(found.results)
+        return found
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Who does the work: an engine of so many workers, in a cluster at an address if it is there already."""
+
+    engine: Literal["local", "dask", "ray"] = "local"
+    workers: int = 1
+    address: str | None = None
+
+
+@dataclass
+class Foreseen:
+    """What a run would do: how much, the first rows that it would do, and the first that cannot be done."""
+
+    counts: Counts
+    jobs: list[Job] = field(default_factory=list)
+    failing: list[tuple[Row, str]] = field(default_factory=list)
 
 
 class Batch:
@@ -91,7 +154,8 @@ class Batch:
     ) -> None:
         self.plan, self.options, self._rows, self._limit = plan, options, rows, limit
         self._naming = Naming(rows, plan.kind, options, suffix)
-        check_names(lambda: map(self._naming.job, rows), plan.kind, plan.folder, reserved)
+        every = ((row, self._naming.job(row)) for row in rows)
+        check_names(every, plan.kind, plan.folder, reserved)
         self.total = min(self._naming.rows, limit or self._naming.rows)
 
     @property
@@ -100,7 +164,7 @@ class Batch:
         options = {name: getattr(self.options, name) for name in KINDS[self.plan.kind].options}
         return {"relit": VERSION, "kind": self.plan.kind, "options": options}
 
-    def rows(self) -> Iterator[tuple[Row, Job | Outcome]]:
+    def rows(self) -> Iterator[tuple[Row, Job | str]]:
         """Go through the rows, each with what is to be done for it, or why that cannot be."""
         for row in islice(self._rows, self._limit):
             yield row, self._naming.job(row)
@@ -113,69 +177,53 @@ class Batch:
         OptionError
             If its results are of another kind; or of other settings, and are not to be replaced.
         """
-        before, now = journal.header, self.settings
+        before, now, folder = journal.settings, self.settings, self.plan.folder
         if before is None:
             return
-        if before["kind"] != now["kind"]:
+        if before.get("kind") != now["kind"]:
             raise OptionError(
-                f"{self.plan.folder}: holds results of {before['kind']}; choose another folder for those of "
+                f"{folder}: holds results of {before.get('kind')}; choose another folder for those of "
                 f"{now['kind']}"
             )
-        changes = {"relit": (before["relit"], now["relit"])} | {
-            name: (before["options"].get(name), value) for name, value in now["options"].items()
+        given = before.get("options")
+        then = given if isinstance(given, dict) else {}
+        changes = {"relit": (before.get("relit"), now["relit"])} | {
+            name: (then.get(name), value) for name, value in now["options"].items()
         }
         told = [f"{name} {old} is now {new}" for name, (old, new) in changes.items() if old != new]
         if told and not self.plan.force:
             raise OptionError(
-                f"{self.plan.folder}: holds results of other settings ({', '.join(told)}); choose another "
-                "folder, or --force to make them anew"
+                f"{folder}: holds results of other settings ({', '.join(told)}); choose another folder, or "
+                "--force to make them anew"
             )
 
     def to_do(
         self, journal: Journal, counts: Counts, *, leave_stores: bool = False
-    ) -> Iterator[Item | Outcome]:
+    ) -> Iterator[tuple[Row, Job | str, Outcome | None]]:
         """Go through the rows that are not done yet, each with how it ended before; count the others.
 
-        Parameters
-        ----------
-        journal : Journal
-        counts : Counts
-        leave_stores : bool, optional
-            Leave it to the workers to ask stores, of many rows at a time, whether something changed there.
+        With `leave_stores`, it is left to the workers to ask stores, of many rows at a time, whether
+        something changed there.
         """
-        for _, job in self.rows():
-            if isinstance(job, Outcome):
-                yield job
-                continue
-            recorded = journal.find(job.output)
-            asks = not leave_stores or all(map(path_of, (self.plan.folder, *job.inputs)))
-            if recorded and asks and is_settled(job, self.plan, recorded):
-                counts.kept += 1
-            else:
-                yield job, recorded
+        for row, job in self.rows():
+            recorded = None if isinstance(job, str) else journal.find(job.output)
+            if recorded and not isinstance(job, str):
+                asks = not leave_stores or all(map(places.path_of, (self.plan.folder, *job.inputs)))
+                if asks and is_settled(job, self.plan, recorded):
+                    counts.kept += 1
+                    continue
+            yield row, job, recorded
 
 
-def run(
-    batch: Batch,
-    journal: Journal,
-    engine: Engine,
-    *,
-    window: int,
-    tell: Callable[[Counts], None] = lambda _: None,
-) -> Counts:
+def run(batch: Batch, journal: Journal, lent: Engine[Any], tell: Tell = lambda _: None) -> Counts:
     """Do all rows that are not done yet.
-
-    When a worker dies, the rows that were under way are tried again one at a time; one that is lost alone
-    has failed.
 
     Parameters
     ----------
     batch : Batch
     journal : Journal
         Open for writing.
-    engine : Engine
-    window : int
-        How many rows are under way at once.
+    lent : Engine
     tell : callable, optional
         Gets the counts whenever they change, and every second.
 
@@ -187,67 +235,125 @@ def run(
         If all workers are gone for good; the same run goes on once they are there again.
     """
     batch.check_journal(journal)
-    sweep = Sweep(batch.plan.folder, after_another=journal.header is not None)
-    sweep.enter(["results.csv"])
     journal.begin(batch.settings)
-    counts = Counts(batch.total)
-    to_do = batch.to_do(journal, counts, leave_stores=True)
-    under_way: dict[Future[Outcome], Item] = {}
-    lost: deque[Item] = deque()
-    ended: list[Outcome] = []
-    alone = False
-    gone: ClusterLostError | None = None
+    counts, folders = Counts(batch.total), {batch.plan.folder}
 
-    def submit(job: Job, recorded: Outcome | None) -> None:
-        sweep.enter(job.files(batch.plan.kind))
-        under_way[engine.submit(do, job, batch.plan, recorded)] = job, recorded
-
-    while True:
-        if not under_way:
-            alone = bool(lost)
-        if alone and not under_way:
-            submit(*lost.popleft())
-        while not (alone or lost) and len(under_way) < window and len(ended) < _AT_ONCE:
-            item = next(to_do, None)
-            if item is None:
-                break
-            if isinstance(item, Outcome):
-                ended.append(item)
+    def items() -> Iterator[Item]:
+        for _, job, recorded in batch.to_do(journal, counts, leave_stores=True):
+            if isinstance(job, str):
+                counts.failed += 1
             else:
-                submit(*item)
-        if not (under_way or ended):
-            sweep.leave()
-            return counts
-        finished = wait(under_way, _TICK, FIRST_COMPLETED).done if under_way else ()
-        for future in finished:
-            item = under_way.pop(future)
-            try:
-                outcome = future.result()
-                if outcome == item[1] and outcome.status == "ok":
-                    counts.kept += 1
-                else:
-                    ended.append(outcome)
-            except ClusterLostError as error:
-                gone = error
-            except WorkerLostError:
-                if alone:
-                    ended.append(_died(*item))
-                else:
-                    lost.append(item)
-        if ended:
-            journal.add(ended)
-            failed = sum(outcome.status == "failed" for outcome in ended)
-            counts.failed += failed
-            counts.ok += len(ended) - failed
-            ended.clear()
-        if gone:
-            raise gone
+                folders.update(
+                    places.join(batch.plan.folder, file).rpartition("/")[0]
+                    for file in job.files(batch.plan.kind)
+                )
+                yield job, batch.plan, recorded
+
+    for ended in lent.run(do, items()):
+        fresh = []
+        for (job, _, recorded), outcome in ended:
+            if isinstance(outcome, WorkerLostError):
+                outcome = Outcome(job.output, _DIED, files=recorded.files if recorded else ())
+            if outcome == recorded and not outcome.reason:
+                counts.kept += 1
+            else:
+                fresh.append(outcome)
+        if fresh:
+            journal.add(fresh)
+        failed = sum(bool(outcome.reason) for outcome in fresh)
+        counts.failed += failed
+        counts.ok += len(fresh) - failed
         tell(counts)
+    _clear(folders)
+    return counts
 
 
-def _died(job: Job, recorded: Outcome | None) -> Outcome:
-    reason = (
-        "the worker died (out of memory, or a crash); give it more memory with fewer workers, or make the "
-        "photos smaller"
-    )
-    return Outcome(job.number, job.output, "failed", reason, files=recorded.files if recorded else ())
+def _clear(folders: Iterable[str]) -> None:
+    """Take away the unfinished files of workers that were killed; nobody else is at work there."""
+    for path in filter(None, map(places.path_of, folders)):
+        for left in path.glob(".relit-*.tmp"):
+            with suppress(OSError):
+                left.unlink()
+
+
+def carry_out(
+    batch: Batch, where: Places, workers: Workers, facts: dict[str, Any], tell: Tell = lambda _: None
+) -> Counts:
+    """Do what is left to do of a batch, and write its table and its record.
+
+    Parameters
+    ----------
+    batch : Batch
+    where : Places
+    workers : Workers
+    facts : dict
+        What else the record shall tell.
+    tell : callable, optional
+        As for `run`.
+
+    Raises
+    ------
+    OptionError
+        If results of other settings are there.
+    OutputError
+        If another run is at work there, or a file that none has written is in the way.
+    """
+    start = time.time()
+    _check_state(where, batch.plan)
+    with Journal(where.journal).writing() as journal:
+        batch.check_journal(journal)
+        for place in (where.results, where.record):
+            name = _from(batch.plan.folder, place)
+            if not (journal.owns(name) or batch.plan.force) and places.exists(place):
+                raise OutputError(
+                    f"{place}: exists already, and no batch wrote it; choose another folder, or use --force"
+                )
+            journal.take(name)
+        with engine(workers.engine, workers.workers, address=workers.address) as lent:
+            counts = run(batch, journal, lent, tell)
+        write_table(where.results, batch.rows(), journal)
+    times = {"started": _time(start), "ended": _time(time.time()), "seconds": round(time.time() - start, 3)}
+    write_record(where.record, batch.settings | facts | asdict(workers) | asdict(counts) | times)
+    return counts
+
+
+def look_ahead(batch: Batch, where: Places, most: int) -> Foreseen:
+    """Return what a run would do; nothing is written.
+
+    Raises
+    ------
+    OptionError
+        If results of other settings are there.
+    """
+    _check_state(where, batch.plan)
+    found = Foreseen(Counts(batch.total))
+    with Journal(where.journal).reading() as journal:
+        batch.check_journal(journal)
+        for row, job, _ in batch.to_do(journal, found.counts):
+            if isinstance(job, str):
+                found.counts.failed += 1
+                found.failing += [(row, job)] if len(found.failing) < most else []
+            else:
+                found.counts.ok += 1
+                found.jobs += [job] if len(found.jobs) < most else []
+    return found
+
+
+def _check_state(where: Places, plan: Plan) -> None:
+    """Refuse to start anew beside the journal of an earlier relit."""
+    old = where.journal.with_name("journal.jsonl")
+    if not where.journal.exists() and old.exists() and not plan.force:
+        raise OptionError(
+            f"{old}: is the journal of an earlier relit, which this one does not go on from; choose another "
+            "folder, or --force to make all anew"
+        )
+
+
+def _from(folder: str, place: str) -> str:
+    """Return a place as it is told from a folder, so that both can be moved together."""
+    path, start = places.path_of(place), places.path_of(folder)
+    return place if path is None or start is None else os.path.relpath(path, start)
+
+
+def _time(seconds: float) -> str:
+    return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="seconds")

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from relit.batch.jobs import Rows
-    from relit.batch.session import Foreseen
+    from relit.batch.run import Foreseen
 
 _KINDS = ("transfer", "normalize", "decompose", "landmarks")
 _SHOWN = 10  # rows that a dry run lists
@@ -81,7 +81,7 @@ _SHOWN = 10  # rows that a dry run lists
 @click.option(
     "--journal",
     metavar="FILE",
-    help="Local file that a run goes on from. [default: DIR/.relit/journal.jsonl; needed with a URL as DIR]",
+    help="Local file that a run goes on from. [default: DIR/.relit/journal.sqlite; needed with a URL as DIR]",
 )
 @click.option(
     "--cache-size",
@@ -127,8 +127,7 @@ def batch(
     settings = settings_of(given)
 
     from relit.batch.jobs import KINDS, Plan
-    from relit.batch.run import Batch
-    from relit.batch.session import Places, Workers, carry_out, look_ahead
+    from relit.batch.run import Batch, Places, Workers, carry_out, look_ahead
     from relit.runtime.threads import available
 
     _check_options(kind, KINDS[kind].options, references, pairing)
@@ -141,7 +140,7 @@ def batch(
         settings,
         suffix=_suffix(kind, suffix),
         limit=limit,
-        reserved=where,
+        reserved=(str(where.journal), where.results, where.record),
     )
     if dry_run:
         _tell_foreseen(look_ahead(todo, where, _SHOWN), kind, as_json)
@@ -249,7 +248,7 @@ def _tell_foreseen(foreseen: Foreseen, kind: str, as_json: bool) -> None:
             to_do=counts.ok,
             failing=counts.failed,
             first=[[job.target, job.reference, job.output] for job in foreseen.jobs],
-            problems=[[outcome.number, outcome.reason] for outcome in foreseen.failing],
+            problems=[[row.number, reason] for row, reason in foreseen.failing],
         )
         return
     for job in foreseen.jobs:
@@ -257,8 +256,8 @@ def _tell_foreseen(foreseen: Foreseen, kind: str, as_json: bool) -> None:
         click.echo(f"{kind} {printable(given)} -> {printable(job.output)}")
     if counts.ok > len(foreseen.jobs):
         click.echo(f"... and {counts.ok - len(foreseen.jobs)} more")
-    for outcome in foreseen.failing:
-        click.echo(f"row {outcome.number} would fail: {printable(outcome.reason)}")
+    for row, reason in foreseen.failing:
+        click.echo(f"row {row.number} would fail: {printable(reason)}")
     click.echo(f"{counts.total} rows: {counts.ok} to do, {counts.kept} done, {counts.failed} that would fail")
 
 
