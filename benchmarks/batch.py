@@ -25,17 +25,17 @@ import psutil
 from PIL import Image
 
 import relit
-from relit.batch.engines import engine
 from relit.batch.jobs import Plan
 from relit.batch.journal import Journal
 from relit.batch.manifest import Manifest
-from relit.batch.run import Batch, run
+from relit.batch.run import Batch, Places, run
 from relit.face.landmark_files import read_landmarks, write_landmarks
+from relit.runtime.engines import engine
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from relit.batch.engine import Engine
+    from relit.runtime.engine import Engine
 
 _RELIT = "from relit.cli.app import main; main()"
 _SIZES = (256, 512, 1024)  # px
@@ -119,8 +119,9 @@ def _done(lent: Engine[Any], folder: Path, out: Path, method: str, *, shared: bo
     """Return the seconds of a row of a batch."""
     start = time.perf_counter()
     plan = Plan("transfer", str(out), False, f"{out}-cache" if shared else None, 10**9)
-    batch = Batch(Manifest(str(folder / "pairs.csv")), plan, relit.TransferOptions(method=method))
-    with Journal(Path(f"{out}-journal")).writing() as journal:
+    where = Places.of(str(out), f"{out}-journal")
+    batch = Batch(Manifest(str(folder / "pairs.csv")), plan, relit.TransferOptions(method=method), where)
+    with Journal(where.journal).writing() as journal:
         counts = run(batch, journal, lent)
     assert counts.ok == counts.total
     return (time.perf_counter() - start) / counts.total

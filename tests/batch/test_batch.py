@@ -39,7 +39,7 @@ def here(monkeypatch):
         lent.workers = workers
         yield lent
 
-    monkeypatch.setattr(module, "engine", engine)
+    monkeypatch.setattr("relit.runtime.engines.engine", engine)
 
 
 @pytest.fixture

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from relit.batch import engine
 from relit.batch import run as module
 from relit.batch.jobs import File, Outcome, Plan, Row
 from relit.batch.journal import Journal
 from relit.batch.places import version_of
-from relit.batch.run import Batch, run
+from relit.batch.run import Batch, Places, run
 from relit.batch.work import recipe_of
 from relit.errors import ClusterLostError, OptionError, WorkerLostError
+from relit.runtime import engine
 from relit.settings.options import TransferOptions
 
 
@@ -78,8 +78,9 @@ def go(tmp_path, rows):
 
     def once(engine=None, *, given=None, kind="normalize", limit=None, force=False, **options):
         plan = Plan(kind, f"{tmp_path}/out", force)
-        batch = Batch(given or rows, plan, TransferOptions(**options), limit=limit)
-        with Journal(tmp_path / "journal").writing() as journal:
+        where = Places.of(plan.folder, str(tmp_path / "journal"))
+        batch = Batch(given or rows, plan, TransferOptions(**options), where, limit=limit)
+        with Journal(where.journal).writing() as journal:
             counts = run(batch, journal, engine or Engine())
             reasons = {
                 row.number: job if isinstance(job, str) else journal.find(job.output).reason

@@ -47,35 +47,9 @@ _LEDGER = 20  # digits; a torn ledger is shorter
 class DiskCache(Keeper):
     """Splits, faces and fetched files on disk, and the steps on the last targets in memory.
 
-    Parameters
-    ----------
-    folder : Path
-        Where they are; made if need be. Processes that use one folder share what it holds, and where several
-        want the same at once, one computes it. Where nothing can be written, all goes on without, with a
-        warning.
-    most_bytes : int
-        How much they may hold; what was not asked for longest goes first.
-
-    Raises
-    ------
-    OptionError
-        If `most_bytes` is no number of bytes.
-    OutputError
-        If there is something else in the folder's place.
-
-    Notes
-    -----
-    Results are those of computing, bit by bit; a warning comes only when computing.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from relit import decompose
-    >>> image = np.full((16, 16), 100, np.uint8)
-    >>> with tempfile.TemporaryDirectory() as folder, DiskCache(Path(folder), 1_000_000).open():
-    ...     first, second = decompose(image), decompose(image)
-    >>> first is second, bool(np.array_equal(first.u, second.u))
-    (False, True)
+    Processes that use one folder share what it holds, and where several want the same at once, one computes
+    it. Entries hold no more than `most_bytes`; those least recently used go first. Where nothing can be
+    written, all goes on without, with a warning. Results are those of computing, bit by bit.
     """
 
     def __init__(self, folder: Path, most_bytes: int) -> None:
@@ -209,12 +183,10 @@ def _digest(content: bytes | memoryview) -> bytes:
 
 def versions() -> dict[str, str]:
     """Return the versions of the libraries that results depend on, down to their last bits."""
-    found = {}
+    found = dict.fromkeys(_LIBRARIES, "unknown")
     for name in _LIBRARIES:
-        try:
+        with suppress(PackageNotFoundError):  # installed in another way than by pip
             found[name] = version(name)
-        except PackageNotFoundError:  # installed in another way than by pip
-            found[name] = "unknown"
     return found
 
 

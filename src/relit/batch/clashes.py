@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from relit.batch.jobs import Job, Row
 
-    _Use = tuple[bytes, str, bool]  # key of a place, how it is used, whether a row writes it
-
 _SHOWN = 5  # clashes that a message names
 
 
@@ -30,38 +28,22 @@ def check_names(
     Upper and lower case, and the ways in which Unicode can spell a letter, count as one: some file systems
     do not tell them apart. Rows may be many, so they are compared on disk.
 
-    Parameters
-    ----------
-    jobs : iterable of (Row, Job or str)
-    kind : str
-    folder : str
-        Of the batch.
-    reserved : iterable of str
-        Places that the batch itself writes.
-
-    Raises
-    ------
-    OptionError
-        It names the rows.
+    `folder` is that of the batch, and `reserved` are places that the batch itself writes. The `OptionError`
+    names the rows.
     """
     with closing(sqlite3.connect("", isolation_level=None)) as scratch:
-        scratch.execute("CREATE TABLE uses (key BLOB, how TEXT, writes BOOL)")
-        own = [(_key_of(place), "the run itself writes it", False) for place in reserved]
+        scratch.execute("CREATE TABLE uses (key BLOB, how TEXT, file BLOB)")
+        own = [(_key_of(place), "the run itself writes it", None) for place in reserved]
         scratch.execute("BEGIN")
         scratch.executemany("INSERT INTO uses VALUES (?, ?, ?)", own)
         scratch.executemany("INSERT INTO uses VALUES (?, ?, ?)", _uses(jobs, kind, folder))
-        clashes = scratch.execute(
-            "SELECT key FROM uses GROUP BY key HAVING count(*) > 1 AND max(writes) ORDER BY min(rowid)"
-        ).fetchall()
+        found = "FROM uses GROUP BY key HAVING count(*) > 1 AND count(file) ORDER BY min(rowid)"
+        clashes = scratch.execute(f"SELECT key, max(file) {found}").fetchall()
         told = []
-        for (key,) in clashes[:_SHOWN]:
-            hows = scratch.execute(
-                "SELECT DISTINCT how FROM uses WHERE key = ? ORDER BY rowid LIMIT 3", [key]
-            )
-            name = key.decode("utf-8", "surrogatepass").removeprefix(
-                _key_of(places.join(folder, "")).decode()
-            )
-            told.append(f"{name}: {' and '.join(how for (how,) in hows)}")
+        for key, file in clashes[:_SHOWN]:
+            asked = "SELECT DISTINCT how FROM uses WHERE key = ? ORDER BY rowid LIMIT 3"
+            hows = " and ".join(how for (how,) in scratch.execute(asked, [key]))
+            told.append(f"{file.decode('utf-8', 'surrogatepass')}: {hows}")
     if told:
         more = f"; and {len(clashes) - _SHOWN} more" if len(clashes) > _SHOWN else ""
         raise OptionError(
@@ -69,33 +51,29 @@ def check_names(
         )
 
 
-def _uses(jobs: Iterable[tuple[Row, Job | str]], kind: str, folder: str) -> Iterator[_Use]:
-    """Go through the places that rows read, write, and write below; mostly those of one follow each other."""
+def _uses(
+    jobs: Iterable[tuple[Row, Job | str]], kind: str, folder: str
+) -> Iterator[tuple[bytes, str, bytes | None]]:
+    """Go through the keys of places that rows use, how they do, and the names of files that they write."""
     root = _key_of(places.join(folder, "x")).rpartition(b"/")[0]
     read, parents = set[str](), set[bytes]()
     for row, job in jobs:
         if isinstance(job, str):
             continue
-        yield from ((_key_of(place), f"row {row.number} reads it", False) for place in {*job.inputs} - read)
+        yield from ((_key_of(place), f"row {row.number} reads it", None) for place in {*job.inputs} - read)
         read = {*job.inputs}
         above = set[bytes]()
         for file in job.files(kind):
             key = _key_of(places.join(folder, file))
-            yield key, f"row {row.number} writes it", True
+            yield key, f"row {row.number} writes it", file.encode("utf-8", "surrogatepass")
             while len(key := key.rpartition(b"/")[0]) > len(root):
                 above.add(key)
-        yield from ((key, f"row {row.number} writes below it", False) for key in above - parents)
+        yield from ((key, f"row {row.number} writes below it", None) for key in above - parents)
         parents = above
 
 
 def is_below(place: str, folder: str) -> bool:
-    """Return whether a place is in a folder, however deep.
-
-    Examples
-    --------
-    >>> is_below("out/a/b.png", "out"), is_below("outer/b.png", "out")
-    (True, False)
-    """
+    """Return whether a place is in a folder, however deep."""
     return _key_of(place).startswith(_key_of(places.join(folder, "x"))[:-1])
 
 

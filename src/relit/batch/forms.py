@@ -22,10 +22,6 @@ if TYPE_CHECKING:
     Arrays = Mapping[str, NDArray[Any]]
 
 
-def _split_apart(split: Decomposition) -> Arrays:
-    return {name: np.asarray(part) for name, part in vars(split).items()}
-
-
 def _split_together(arrays: Arrays) -> Decomposition:
     lam, neighborhood = arrays["lam"].item(), arrays["neighborhood"].item()
     return Decomposition(arrays["u"], arrays["v"], lam, neighborhood)
@@ -37,16 +33,17 @@ def _faces_apart(faces: tuple[Landmarks, ...]) -> Arrays:
 
 
 def _faces_together(arrays: Arrays) -> tuple[Landmarks, ...]:
-    return tuple(
-        Landmarks(points, "mesh478", confidence)
-        for points, confidence in zip(arrays["points"], arrays["confidence"].tolist(), strict=True)
-    )
+    found = zip(arrays["points"], arrays["confidence"].tolist(), strict=True)
+    return tuple(Landmarks(points, "mesh478", confidence) for points, confidence in found)
 
 
 #: The steps that are worth a file: how a result becomes arrays, and they a result. That a photo has no face
 #: is a result of `faces_in` like any other.
 FORMS: dict[Callable[..., Any], tuple[Callable[[Any], Arrays], Callable[[Arrays], Any]]] = {
-    unwrap(decompose): (_split_apart, _split_together),
+    unwrap(decompose): (
+        lambda split: {name: np.asarray(part) for name, part in vars(split).items()},
+        _split_together,
+    ),
     unwrap(faces_in): (_faces_apart, _faces_together),
     unwrap(fetch): (
         lambda data: {"data": np.frombuffer(data, np.uint8)},

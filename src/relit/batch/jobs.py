@@ -9,34 +9,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from relit.settings.options import TransferOptions
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-    from typing import Protocol
+    from collections.abc import Iterable, Mapping
 
-    class Rows(Protocol):
-        """Where rows come from; they are gone through several times, and never all held at once."""
-
-        def __iter__(self) -> Iterator[Row]:
-            """Go through all rows, the same each time."""
-            ...
+    Rows = Iterable["Row"]  # gone through several times, the same each time, and never all held at once
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of work.
+    """A kind of work."""
 
-    Attributes
-    ----------
-    options : tuple of str
-        The fields of `TransferOptions` that count.
-    suffix : str or None
-        Of the file that is written, if none is chosen; None for that of the target.
-    parts : tuple of str
-        Names of the files in the folder that is written; none where it is one file.
-    """
-
-    options: tuple[str, ...]
-    suffix: str | None = None
-    parts: tuple[str, ...] = ()
+    options: tuple[str, ...]  # the fields of `TransferOptions` that count
+    suffix: str | None = None  # of the file that is written, if none is chosen; None for that of the target
+    parts: tuple[str, ...] = ()  # names of the files in the folder that is written; none where it is one file
 
 
 KINDS = {
@@ -48,39 +32,25 @@ KINDS = {
 
 
 class Row(NamedTuple):
-    """A row as it is given; its options count more than the command's.
+    """A row as it is given; its options count more than the command's."""
 
-    Attributes
-    ----------
-    number : int
-        From 1; blank rows are not counted.
-    problem : str
-        Why it cannot be a job, if it cannot.
-    """
-
-    number: int
+    number: int  # from 1; blank rows are not counted
     target: str = ""
     reference: str | None = None
     output: str | None = None
     target_landmarks: str | None = None
     reference_landmarks: str | None = None
     options: tuple[tuple[str, Any], ...] = ()
-    problem: str = ""
+    problem: str = ""  # why it cannot be a job, if it cannot
 
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """A row that can be tried.
-
-    Attributes
-    ----------
-    output : str
-        Below the folder of the batch, with ``/`` between folders: a file, or for ``decompose`` a folder.
-    """
+    """A row that can be tried."""
 
     target: str
     reference: str | None
-    output: str
+    output: str  # below the folder of the batch, ``/`` between folders: a file, or for decompose a folder
     target_landmarks: str | None
     reference_landmarks: str | None
     options: TransferOptions
@@ -97,76 +67,36 @@ class Job:
 
 
 class File(NamedTuple):
-    """What a place held: the SHA-256 of its bytes, and the version by which to see that they are the same.
+    """What a place held, and by what to see that it holds it still."""
 
-    Attributes
-    ----------
-    version : str or None
-        As of `places.version_of`.
-    """
-
-    digest: str
-    version: str | None
+    digest: str  # SHA-256
+    version: str | None  # `places.version_of`
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a job ended.
-
-    Attributes
-    ----------
-    output : str
-        As of the job.
-    reason : str
-        Why it failed; empty where it did not.
-    recipe : str
-        Digest of all that decides what is written: `work.recipe_of`.
-    inputs, files : tuple of File
-        What was read, and what was written.
-    measured : mapping of str to float
-        Seconds by stage, confidence of the landmarks that were found, and more, by column of the table.
-    """
+    """How a job ended."""
 
     output: str
-    reason: str = ""
-    recipe: str = ""
-    inputs: tuple[File, ...] = ()
-    files: tuple[File, ...] = ()
-    measured: Mapping[str, float] = field(default_factory=dict)
+    reason: str = ""  # why it failed; empty where it did not
+    recipe: str = ""  # digest of all that decides what is written: `work.recipe_of`
+    inputs: tuple[File, ...] = ()  # what was read
+    files: tuple[File, ...] = ()  # what was written
+    measured: Mapping[str, float] = field(default_factory=dict)  # by column of the table
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What all rows of a batch share.
+    """What all rows of a batch share."""
 
-    Attributes
-    ----------
-    kind : str
-        Of `KINDS`.
-    folder : str
-        Where outputs go: a local folder, or a URL.
-    force : bool
-        Whether files may be replaced that no earlier run of the batch wrote.
-    cache : str or None
-        Local folder for what rows have in common.
-    cache_bytes : int
-        How much it may hold.
-    """
-
-    kind: str
-    folder: str
-    force: bool = False
-    cache: str | None = None
-    cache_bytes: int = 0
+    kind: str  # of `KINDS`
+    folder: str  # where outputs go: a local one, or a URL
+    force: bool = False  # whether files may be replaced that no earlier run of the batch wrote
+    cache: str | None = None  # local folder for what rows have in common
+    cache_bytes: int = 0  # how much that may hold
 
 
 @lru_cache(maxsize=1024)
 def options_with(options: TransferOptions, changes: tuple[tuple[str, Any], ...]) -> TransferOptions:
-    """Return options with a row's own; the same object for the same ones, since rows are many.
-
-    Raises
-    ------
-    OptionError
-        If one is out of range.
-    """
+    """Return options with a row's own, or raise an `OptionError`; the same object for the same ones."""
     return options.changed(**dict(changes))

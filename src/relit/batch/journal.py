@@ -23,31 +23,20 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _APPLICATION = 0x72656C74  # "relt": what the head of an SQLite file says of whose it is
-_TABLES = (
+_BEGINNING = (
+    "BEGIN IMMEDIATE",  # one transaction, so that there is never a file that does not say whose it is
+    f"PRAGMA application_id = {_APPLICATION}",
     "CREATE TABLE IF NOT EXISTS runs (settings TEXT)",
     "CREATE TABLE IF NOT EXISTS taken (place BLOB UNIQUE)",
     "CREATE TABLE IF NOT EXISTS rows (output BLOB UNIQUE, outcome TEXT)",
+    "COMMIT",
+    "PRAGMA journal_mode = WAL",
+    "PRAGMA synchronous = FULL",  # an outcome outlives a power cut
 )
 
 
 class Journal:
-    """The outcomes of rows; opened by `writing`, or by `reading`, which makes no file.
-
-    Parameters
-    ----------
-    path : Path
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     with Journal(Path(folder, "journal.sqlite")).writing() as journal:
-    ...         journal.begin({"kind": "transfer"})
-    ...         journal.add([Outcome("a.png", "no face found")])
-    ...         journal.find("a.png").reason, journal.find("b.png"), journal.settings
-    ('no face found', None, {'kind': 'transfer'})
-    """
+    """The outcomes of rows; opened by `writing`, or by `reading`, which makes no file."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -57,11 +46,7 @@ class Journal:
     def writing(self) -> Iterator[Journal]:
         """Keep the journal to this process, which may add to it.
 
-        Raises
-        ------
-        OutputError
-            If another process has it, it cannot be written, or another file is in its place, which stays as
-            it is.
+        Where another process has it, or a file that no run wrote is in its place, an `OutputError` is raised.
         """
         self._check_whose()
         lock = FileLock(self.path.with_name(f"{self.path.name}.lock"))
@@ -74,27 +59,15 @@ class Journal:
                     f"{self.path}: another run is at work here; wait for it, or choose another folder"
                 ) from None
             except OSError as error:
-                raise self._unwritable(error.strerror or error) from error
-            with self._opened(str(self.path)):
-                # In one transaction, so that there is never a file that does not say whose it is.
-                self._ask("BEGIN IMMEDIATE")
-                self._ask(f"PRAGMA application_id = {_APPLICATION}")
-                for table in _TABLES:
-                    self._ask(table)
-                self._ask("COMMIT")
-                self._ask("PRAGMA journal_mode = WAL")
-                self._ask("PRAGMA synchronous = FULL")  # an outcome outlives a power cut
-                yield self
+                raise self._failed(error) from error
+            held.enter_context(self._opened(str(self.path)))
+            for command in _BEGINNING:
+                self._ask(command)
+            yield self
 
     @contextmanager
     def reading(self) -> Iterator[Journal]:
-        """Look into the journal, if there is one.
-
-        Raises
-        ------
-        OutputError
-            If another file is in its place.
-        """
+        """Look into the journal, if there is one; refuse another file in its place."""
         if not self.path.exists():
             yield self
             return
@@ -104,13 +77,7 @@ class Journal:
 
     @property
     def settings(self) -> dict[str, Any] | None:
-        """What the last run that wrote to it said of itself; None where none did.
-
-        Raises
-        ------
-        OutputError
-            If somebody changed it by hand.
-        """
+        """What the last run that wrote to it said of itself; None where none did."""
         found = self._ask("SELECT settings FROM runs ORDER BY rowid DESC LIMIT 1")
         if not found:
             return None
@@ -119,7 +86,7 @@ class Journal:
         except (ValueError, TypeError, RecursionError):
             settings = None
         if not isinstance(settings, dict):
-            raise self._damaged("it does not tell the settings")
+            raise self._failed(ValueError("it does not tell the settings"))
         return settings
 
     def begin(self, settings: dict[str, Any]) -> None:
@@ -155,7 +122,7 @@ class Journal:
         except FileNotFoundError:
             return
         except OSError as error:
-            raise self._unwritable(error.strerror or error) from error
+            raise self._failed(error) from error
         ours = head.startswith(b"SQLite format 3\0") and head[68:72] == _APPLICATION.to_bytes(4)
         if head and not ours:
             told = "the journal of an earlier relit" if head.startswith(b'{"run": ') else "no journal"
@@ -166,7 +133,7 @@ class Journal:
         try:
             base = sqlite3.connect(name, uri=name.startswith("file:"), isolation_level=None)
         except sqlite3.Error as error:
-            raise self._unwritable(error) from error
+            raise self._failed(error) from error
         with closing(base) as self._base:
             yield
         self._base = None
@@ -176,19 +143,16 @@ class Journal:
             return []
         try:
             return self._base.execute(command, given).fetchall()
-        except sqlite3.OperationalError as error:  # no room, no permission
-            raise self._unwritable(error) from error
-        except sqlite3.DatabaseError as error:
-            raise self._damaged(error) from error
+        except sqlite3.Error as error:
+            raise self._failed(error) from error
 
-    def _unwritable(self, reason: object) -> OutputError:
-        return OutputError(f"{self.path}: cannot be written ({reason}); choose another place with --journal")
-
-    def _damaged(self, reason: object) -> OutputError:
-        return OutputError(
-            f"{self.path}: is damaged ({reason}); move it away, and give the same command with --force: it "
-            "does all rows again"
-        )
+    def _failed(self, error: Exception) -> OutputError:
+        reason = getattr(error, "strerror", None) or error
+        if isinstance(error, (OSError, sqlite3.OperationalError)):  # no room, no permission
+            told = f"cannot be written ({reason}); choose another place with --journal"
+        else:
+            told = f"is damaged ({reason}); move it away, and use --force, which does all rows again"
+        return OutputError(f"{self.path}: {told}")
 
 
 def _key(output: str) -> bytes:

@@ -28,20 +28,7 @@ if TYPE_CHECKING:
 
 
 class Doing:
-    """A row under way: what it reads, and what is measured meanwhile.
-
-    Parameters
-    ----------
-    job : Job
-    held : mapping of str to Content
-        What `Job.inputs` hold, by place.
-    watch : Stopwatch
-
-    Attributes
-    ----------
-    measured : dict of str to float
-        As of `Outcome`, but for the seconds.
-    """
+    """A row under way: what `Job.inputs` hold, by place, and what is measured meanwhile."""
 
     def __init__(self, job: Job, held: Mapping[str, Content], watch: Stopwatch) -> None:
         self.job, self.watch, self._held = job, watch, held

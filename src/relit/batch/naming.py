@@ -6,7 +6,7 @@ import os
 import sqlite3
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from weakref import finalize
 
 from relit.batch.clashes import counted_from
@@ -34,20 +34,7 @@ class Naming:
     as far as what is written can have its suffix. Where it occurs more than once, the name of the reference
     follows. Where a name would then fit several targets, or several references, it is told in full.
 
-    Parameters
-    ----------
-    rows : Rows
-    kind : str
-        Of `jobs.KINDS`.
-    options : TransferOptions
-        Those of the command.
-    suffix : str or None
-        Of the files to write, instead of the targets' own.
-
-    Attributes
-    ----------
-    rows : int
-        How many there are.
+    The options are those of the command; the suffix, that of the files to write instead of the targets' own.
 
     Examples
     --------
@@ -61,7 +48,7 @@ class Naming:
 
     def __init__(self, rows: Rows, kind: str, options: TransferOptions, suffix: str | None = None) -> None:
         self.kind, self.options, self.suffix = kind, options, suffix
-        self.rows = 0
+        self.rows = 0  # how many there are
         self._known = sqlite3.connect("", isolation_level=None)  # a temporary file of its own
         finalize(self, self._known.close)
         self._root: tuple[str, ...] | None = None
@@ -73,10 +60,10 @@ class Naming:
             self.rows += 1
             if row.problem or row.output:
                 continue
-            self._note("targets", _stem(row.target), row.target)
+            self._ask(_COUNT.format("targets"), _stem(row.target), row.target)
             self._root = _common(self._root, row.target)
             if row.reference:
-                self._note("lights", _stem(row.reference)[-1:], row.reference)
+                self._ask(_COUNT.format("lights"), _stem(row.reference)[-1:], row.reference)
                 self._reference_root = _common(self._reference_root, row.reference)
         self._known.execute("COMMIT")
 
@@ -104,7 +91,8 @@ class Naming:
             suffix = own if own.lower() in _PHOTOS else ".png"
         alike = suffix != own and self._is_shared("targets", _stem(row.target), row.target)
         told = last if alike else stem
-        if self.kind == "transfer" and self._is_repeated(row.target):
+        times = "SELECT times FROM targets WHERE name = ? AND place = ?"
+        if self.kind == "transfer" and self._ask(times, _stem(row.target), row.target)[0] > 1:
             told += f"__{self._light(row)}"
         return "/".join([*filter(None, folders), told + suffix])
 
@@ -116,34 +104,18 @@ class Naming:
             return "-".join(parts[len(self._reference_root or ()) :])
         return _split_suffix(parts[-1])[0]
 
-    def _note(self, table: str, name: tuple[str, ...], place: str) -> None:
-        self._known.execute(_COUNT.format(table), (_blob("/".join(name)), _blob(place)))
+    def _ask(self, command: str, name: tuple[str, ...], place: str) -> Any:
+        return self._known.execute(command, (_blob("/".join(name)), _blob(place))).fetchone()
 
     def _is_shared(self, table: str, name: tuple[str, ...], place: str) -> bool:
         """Return whether other places go by a name as well."""
-        asked = f"SELECT 1 FROM {table} WHERE name = ? AND place <> ? LIMIT 1"
-        return self._known.execute(asked, (_blob("/".join(name)), _blob(place))).fetchone() is not None
-
-    def _is_repeated(self, target: str) -> bool:
-        asked = "SELECT times > 1 FROM targets WHERE name = ? AND place = ?"
-        return bool(self._known.execute(asked, (_blob("/".join(_stem(target))), _blob(target))).fetchone()[0])
+        found = self._ask(f"SELECT 1 FROM {table} WHERE name = ? AND place <> ? LIMIT 1", name, place)
+        return found is not None
 
 
-def check_suffix(kind: str, suffix: str) -> None:
-    """Refuse a suffix of files that no row of a kind can write.
-
-    Raises
-    ------
-    OptionError
-
-    Examples
-    --------
-    >>> check_suffix("landmarks", ".pts")
-    """
-    known = {} if KINDS[kind].parts else LANDMARK_FORMATS if kind == "landmarks" else _PHOTOS
-    if suffix.lower() not in known:
-        told = f"expected one of {', '.join(sorted(known))}" if known else f"expected none with {kind}"
-        raise OptionError(f"format: {told}, got {suffix!r}")
+def suffixes_of(kind: str) -> list[str]:
+    """Return the suffixes that files of a kind can have; none where nobody may choose."""
+    return [] if KINDS[kind].parts else sorted(LANDMARK_FORMATS if kind == "landmarks" else _PHOTOS)
 
 
 def _stem(place: str) -> tuple[str, ...]:

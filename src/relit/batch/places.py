@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import re
 import secrets
+from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,20 +27,10 @@ if TYPE_CHECKING:
 
 _READ_ONLY = ("http", "https")
 
-#: Where stores say which version of a file they have, the surest first: fsspec leaves the names to them.
+#: Where stores say which version of a file they have, the surest first: for gs, s3, http, az, sftp ...
 _VERSIONS = (
-    "generation",  # gs://
-    "md5Hash",
-    "ETag",  # s3://, http://
-    "etag",  # az://
-    "content_md5",
-    "mtime",  # sftp://
-    "modificationTime",  # hdfs://
-    "LastModified",
-    "last_modified",
-    "Last-Modified",
-    "modified",
-    "created",  # memory://
+    *("generation", "md5Hash", "ETag", "etag", "content_md5", "mtime", "modificationTime"),
+    *("LastModified", "last_modified", "Last-Modified", "modified", "created"),
 )
 
 
@@ -73,28 +64,29 @@ def join(root: str, relative: str) -> str:
     return f"{root}{relative}" if not root or root.endswith("/") else f"{root}/{relative}"
 
 
-def read_bytes(place: str) -> bytes:
-    """Return what is in a file.
-
-    Raises
-    ------
-    ImageError
-        If there is none, or it cannot be read.
-    OptionError
-        If the URL is of a kind that is not known or not installed.
-    """
+@contextmanager
+def _telling(place: str, what: str, hint: str, kind: type[RelitError]) -> Iterator[None]:
+    """Turn whatever is raised into one of ours: each store has its own."""
     try:
-        store, key = _store_of(place)
-        return bytes(store.cat_file(key))
+        yield
     except RelitError:
         raise
-    except FileNotFoundError:
-        hint = "; what is in memory is known to its own process alone" if _kind_of(place) == "memory" else ""
-        raise ImageError(f"{masked(place)}: there is no such file; check the name{hint}") from None
-    except IsADirectoryError:
-        raise ImageError(f"{masked(place)}: is a folder; give the name of one file in it") from None
-    except Exception as error:  # each store has its own
-        raise ImageError(f"{masked(place)}: cannot be read ({_reason(error)}); check the name") from None
+    except Exception as error:
+        reason = masked(str(getattr(error, "strerror", None) or error or type(error).__name__))
+        raise kind(f"{masked(place)}: cannot be {what} ({reason}); {hint}") from None
+
+
+def read_bytes(place: str) -> bytes:
+    """Return what is in a file, or raise an `ImageError`; an `OptionError` where nobody knows such URLs."""
+    with _telling(place, "read", "check the name", ImageError):
+        store, key = _store_of(place)
+        try:
+            return bytes(store.cat_file(key))
+        except FileNotFoundError:
+            hint = "; what is in memory is known to its own process alone" if _is_of(place, "memory") else ""
+            raise ImageError(f"{masked(place)}: there is no such file; check the name{hint}") from None
+        except IsADirectoryError:
+            raise ImageError(f"{masked(place)}: is a folder; give the name of one file in it") from None
 
 
 def write_atomically(place: str, data: bytes, *, overwrite: bool) -> None:
@@ -103,33 +95,21 @@ def write_atomically(place: str, data: bytes, *, overwrite: bool) -> None:
     On this machine by `save_atomically`. Where a store can rename a file, as ``sftp://`` and ``hdfs://`` can,
     it is written under another name first, and to replace a file means to remove the old one just before.
     Object stores such as ``s3://`` and ``gs://`` cannot, and need not: what is put there appears when it is
-    complete. Of two who write one new file at a time, the last may win in a store.
-
-    Raises
-    ------
-    OutputError
-        If the file exists and may not be replaced, or cannot be written.
-    OptionError
-        If the URL is of a kind that is not known or not installed.
+    complete. Of two who write one new file at a time, the last may win in a store. What cannot be written, or
+    exists and may not be replaced, raises an `OutputError`.
     """
-    path = path_of(place)
-    try:
+    with _telling(place, "written", "choose another place", OutputError):
+        path = path_of(place)
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)
             save_atomically(path, data, overwrite=overwrite)
-        elif _kind_of(place) in _READ_ONLY:
+        elif _is_of(place, *_READ_ONLY):
+            kind = place.partition("://")[0]
             raise OutputError(
-                f"{masked(place)}: {_kind_of(place)} can only be read from; write to a path, or to a store "
-                "such as s3://"
+                f"{masked(place)}: {kind} can only be read from; write to a path, or to a store such as s3://"
             )
         else:
             _put(place, data, overwrite)
-    except RelitError:
-        raise
-    except Exception as error:  # each store has its own
-        raise OutputError(
-            f"{masked(place)}: cannot be written ({_reason(error)}); choose another place"
-        ) from None
 
 
 def _put(place: str, data: bytes, overwrite: bool) -> None:
@@ -158,25 +138,13 @@ def _put(place: str, data: bytes, overwrite: bool) -> None:
 
 
 def exists(place: str) -> bool:
-    """Return whether there is a file or folder.
-
-    Raises
-    ------
-    ImageError
-        If that cannot be found out.
-    OptionError
-        If the URL is of a kind that is not known or not installed.
-    """
-    path = path_of(place)
-    try:
+    """Return whether there is a file or folder, or raise an `ImageError` where that cannot be found out."""
+    with _telling(place, "reached", "check the name", ImageError):
+        path = path_of(place)
         if path is not None:
             return path.exists()
         store, key = _store_of(place)
         return bool(store.exists(key))
-    except RelitError:
-        raise
-    except Exception as error:
-        raise ImageError(f"{masked(place)}: cannot be reached ({_reason(error)}); check the name") from None
 
 
 def version_of(place: str) -> str | None:
@@ -201,26 +169,18 @@ def version_of(place: str) -> str | None:
 def expand(pattern: str) -> list[str]:
     """Return the files that a pattern means, as `patterns.expand` has it; there is at least one.
 
-    An ``http`` address is never a pattern, since ``?`` means something else there.
-
-    Raises
-    ------
-    OptionError
-        If it means no file, or a folder cannot be listed.
+    Where it means none, or a folder cannot be listed, an `OptionError` is raised. An ``http`` address is no
+    pattern, since ``?`` means something else there.
     """
-    if _kind_of(pattern) in _READ_ONLY:
+    if _is_of(pattern, *_READ_ONLY):
         return [pattern]
-    try:
+    with _telling(pattern, "listed", "check the name and its permissions", OptionError):
         found = patterns.expand(
-            pattern.replace(os.sep, "/"), is_file=_is_file, is_folder=_is_folder, below=_below
+            pattern.replace(os.sep, "/"),
+            is_file=lambda place: _ask(place, "isfile"),
+            is_folder=lambda place: _ask(place, "isdir"),
+            below=_below,
         )
-    except RelitError:
-        raise
-    except Exception as error:
-        where = getattr(error, "filename", None) or pattern  # of a local folder below
-        raise OptionError(
-            f"{masked(str(where))}: cannot be listed ({_reason(error)}); check the name and its permissions"
-        ) from None
     if not found:
         raise OptionError(
             f"{masked(pattern)}: means no file; expected the name of one, a folder with photos, or a pattern "
@@ -229,20 +189,19 @@ def expand(pattern: str) -> list[str]:
     return found
 
 
-def _is_file(place: str) -> bool:
+def _ask(place: str, what: str) -> bool:
     store, key = _store_of(place)
-    return bool(store.isfile(key))
-
-
-def _is_folder(place: str) -> bool:
-    store, key = _store_of(place)
-    return bool(store.isdir(key))
+    return bool(getattr(store, what)(key))
 
 
 def _below(root: str, deepest: int | None) -> Iterator[str]:
     path = path_of(root)
     if path is not None:
-        yield from patterns.files_below(str(path), deepest)  # fsspec would follow links, and leave out errors
+        try:  # fsspec would follow links, and leave out errors
+            yield from patterns.files_below(str(path), deepest)
+        except PermissionError as error:
+            with _telling(error.filename, "listed", "check its permissions", OptionError):
+                raise
         return
     store, key = _store_of(root)
     for name in store.find(key, maxdepth=deepest):
@@ -258,18 +217,12 @@ def _store_of(place: str) -> tuple[Any, str]:
     try:
         store, key = fsspec.core.url_to_fs(place)
     except (ImportError, ValueError) as error:
-        raise OptionError(
-            f"{masked(place)}: {_reason(error)}; install what it needs, or check what is before ://"
-        ) from None
+        told = f"{masked(place)}: {masked(str(error))}; install what it needs, or check what is before ://"
+        raise OptionError(told) from None
     store.invalidate_cache()  # other processes write there too
     return store, key
 
 
-def _kind_of(place: str) -> str:
-    """Return what is before ``://``."""
-    return place.partition("://")[0].lower() if "://" in place else "file"
-
-
-def _reason(error: BaseException) -> str:
-    """Return what an exception says, without secrets."""
-    return masked(str(getattr(error, "strerror", None) or error or type(error).__name__))
+def _is_of(place: str, *kinds: str) -> bool:
+    """Return whether one of the kinds is before ``://``."""
+    return place.lower().startswith(tuple(f"{kind}://" for kind in kinds))

@@ -29,13 +29,7 @@ class Content:
 
     @cached_property
     def photo(self) -> Photo:
-        """The photo, decoded when first asked for; nobody may change it.
-
-        Raises
-        ------
-        ImageError
-            If there is none, or it is of no use.
-        """
+        """The photo, decoded when first asked for; nobody may change it."""
         photo = read_image(NamedBytes(self._place, self.data))
         check_pixels(photo.pixels, self._place)
         return photo
@@ -54,13 +48,7 @@ class Shelf:
         self._held: LRU[str, Content] = LRU(most_bytes, lambda content: content.sizes)
 
     def read(self, wanted: Sequence[str]) -> dict[str, Content]:
-        """Return what files hold, by their places; files that are as they were are not read again.
-
-        Raises
-        ------
-        ImageError, OptionError
-            As `places.read_bytes`.
-        """
+        """Return what files hold, by their places; files that are as they were are not read again."""
         found = {place: self._one(place) for place in wanted}
         for place, content in found.items():
             self._held.put(place, content, *found)

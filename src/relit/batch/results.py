@@ -32,13 +32,7 @@ _ROWS_AT_ONCE = 10_000
 
 
 def check_table(place: str) -> None:
-    """Refuse a table of unknown format.
-
-    Raises
-    ------
-    OptionError
-        If it is neither CSV nor Parquet, or Parquet cannot be written here.
-    """
+    """Refuse, by an `OptionError`, a table that is neither CSV nor Parquet, or cannot be written here."""
     suffix = Path(place).suffix.lower()
     if suffix not in (".csv", ".parquet"):
         raise OptionError(f"{place}: expected a table that ends in .csv or .parquet; choose another name")
@@ -47,37 +41,27 @@ def check_table(place: str) -> None:
 
 
 def write_table(place: str, rows: Iterable[tuple[Row, Job | str]], journal: Journal) -> None:
-    """Write how each row of a batch ended, in their order.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written.
-    """
+    """Write how each row of a batch ended, in their order."""
     make = _csv if Path(place).suffix.lower() == ".csv" else _parquet
     records = (_record(row, job, journal) for row, job in rows)
     places.write_atomically(place, make(place, records), overwrite=True)
 
 
 def _record(row: Row, job: Job | str, journal: Journal) -> dict[str, Any]:
-    outcome = Outcome("", job) if isinstance(job, str) else journal.find(job.output)
-    if outcome is None:
-        return _empty(row, "missing")
-    digests = [] if outcome.reason else [file.digest for file in outcome.files]
+    known = Outcome("", job) if isinstance(job, str) else journal.find(job.output)
+    outcome = known or Outcome("")
     seconds = [taken for name, taken in outcome.measured.items() if name.startswith("seconds_")]
-    return _empty(row, "failed" if outcome.reason else "ok") | {
+    return {
+        "row": row.number,
+        "status": "missing" if known is None else "failed" if outcome.reason else "ok",
         "reason": outcome.reason,
+        "target": row.target,
+        "reference": row.reference or "",
         "output": outcome.output,
-        "sha256": " ".join(digests),
+        "sha256": "" if outcome.reason else " ".join(file.digest for file in outcome.files),
+        **{name: outcome.measured.get(name) for name in _NUMBERS},
         "seconds": round(sum(seconds), 4) if seconds else None,
-        **{name: outcome.measured[name] for name in _NUMBERS if name in outcome.measured},
     }
-
-
-def _empty(row: Row, status: str) -> dict[str, Any]:
-    """Return a record of which no more is known than the row."""
-    known = {"status": status, "target": row.target, "reference": row.reference or ""}
-    return {"row": row.number} | dict.fromkeys(_TEXTS, "") | dict.fromkeys(_NUMBERS) | known
 
 
 def _csv(_place: str, records: Iterator[dict[str, Any]]) -> bytes:
@@ -131,13 +115,7 @@ def _pyarrow(place: str) -> tuple[Any, Any]:
 
 
 def write_record(place: str, facts: dict[str, Any]) -> None:
-    """Write what a run was: the facts, and the versions of all that decides its results.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written.
-    """
+    """Write what a run was: the facts, and the versions of all that decides its results."""
     record = {"relit": VERSION, "python": platform.python_version(), "platform": platform.platform()}
     data = json.dumps(record | {"libraries": versions()} | facts, indent=1)
     places.write_atomically(place, f"{data}\n".encode(), overwrite=True)

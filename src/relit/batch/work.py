@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
@@ -32,20 +32,15 @@ def do(job: Job, plan: Plan, recorded: Outcome | None = None) -> Outcome:
     them, or if the plan forces it. Others stay, and the row fails, unless they are just what it gives, as
     after a run that was killed before it could record them.
 
-    Parameters
-    ----------
-    job : Job
-    plan : Plan
-    recorded : Outcome, optional
-        How the row ended the last time. If all that decides the result is as it was then, and the result is
-        there unharmed, it stays.
+    Where it is recorded how the row ended the last time, all that decides the result is as it was then, and
+    the result is there unharmed, it stays.
     """
     watch, inputs = Stopwatch(), tuple[File, ...]()
     earlier = recorded.files if recorded else ()
     try:
         if recorded and is_settled(job, plan, recorded):
             return recorded
-        with _reuse(plan.cache, plan.cache_bytes):
+        with _cache(plan.cache, plan.cache_bytes).open() if plan.cache else nullcontext():
             with watch("read"):
                 held = SHELF.read(job.inputs)
                 inputs = tuple(held[place].file for place in job.inputs)
@@ -131,7 +126,3 @@ def _write(place: str, data: bytes, *, replaceable: bool) -> File:
 @lru_cache(maxsize=1)
 def _cache(folder: str, most_bytes: int) -> DiskCache:
     return DiskCache(Path(folder), most_bytes)
-
-
-def _reuse(folder: str | None, most_bytes: int) -> AbstractContextManager[None]:
-    return _cache(folder, most_bytes).open() if folder else nullcontext()

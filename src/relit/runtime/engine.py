@@ -1,9 +1,8 @@
-"""What runs functions in other processes: loky here, Dask and Ray here or on a cluster.
+"""What runs functions in other processes: items go in, results come out, whatever dies meanwhile.
 
-Scheduling, restarting and moving work is theirs. They get one face: items go in, results come out, and what
-is lost with its process is tried again alone. joblib's `Parallel` would be such a face, but it waits for ever
-where Dask gives up a row (joblib 1.6), yields nothing before the end on Ray, and works in this very process
-where there is one worker.
+Scheduling, restarting and moving work is the libraries' own. joblib's `Parallel` would be one face for all of
+them, but it waits for ever where Dask gives up a row, yields nothing before the end on Ray, and works in this
+very process where there is one worker (joblib 1.6); so here is a loop over their futures.
 """
 
 from __future__ import annotations
@@ -12,21 +11,21 @@ import signal
 from abc import ABC, abstractmethod
 from collections import deque
 from contextlib import contextmanager
-from importlib import import_module
 from itertools import islice
 from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from relit.errors import ClusterLostError, OptionError, WorkerLostError
+from relit.errors import ClusterLostError, WorkerLostError
 from relit.runtime.threads import available, limit
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
 Future = TypeVar("Future")
+_Item = tuple[Any, ...]
 
-PATIENCE = 10  # seconds for a cluster to answer
-TICK = 1.0  # seconds that nothing may end until the caller has a turn
+LOST = "the process that worked on it died, as it does where memory runs out"
+_TICK = 1.0  # seconds that nothing may end until the caller has a turn
 
 
 class Engine(ABC, Generic[Future]):
@@ -40,9 +39,7 @@ class Engine(ABC, Generic[Future]):
 
     workers: int
 
-    def run(
-        self, function: Callable[..., Any], items: Iterable[tuple[Any, ...]]
-    ) -> Iterator[list[tuple[tuple[Any, ...], Any]]]:
+    def run(self, function: Callable[..., Any], items: Iterable[_Item]) -> Iterator[list[tuple[_Item, Any]]]:
         """Call a function with the arguments that each item is; yield those that ended, with their results.
 
         Items are asked for when there is room for them, and come back in any order. Where a process dies, all
@@ -52,9 +49,9 @@ class Engine(ABC, Generic[Future]):
         Parameters
         ----------
         function : callable
-            Found by its name in a module that the workers can import, or small enough to be sent.
+            Found by its name in a module that the workers can import.
         items : iterable of tuple
-            Likewise small: give places of photos, not photos.
+            Small, as they are sent to the workers: places of photos, not photos.
 
         Raises
         ------
@@ -62,22 +59,21 @@ class Engine(ABC, Generic[Future]):
             If the whole cluster is gone.
         """
         to_do = iter(items)
-        lost: deque[tuple[Any, ...]] = deque()
-        under_way: dict[Future, tuple[Any, ...]] = {}
+        lost: deque[_Item] = deque()
+        under_way: dict[Future, _Item] = {}
         alone = False
         while True:
             if not under_way:
                 alone = bool(lost)
-            if alone and not under_way:
-                item = lost.popleft()
+            more = [] if lost else islice(to_do, 2 * self.workers - len(under_way))
+            if alone:
+                more = [] if under_way else [lost.popleft()]
+            for item in more:
                 under_way[self.submit(function, *item)] = item
-            elif not lost and not alone:
-                for item in islice(to_do, 2 * self.workers - len(under_way)):
-                    under_way[self.submit(function, *item)] = item
             if not under_way:
                 return
-            ended: list[tuple[tuple[Any, ...], Any]] = []
-            for future in self.wait(list(under_way), TICK):
+            ended: list[tuple[_Item, Any]] = []
+            for future in self.wait(list(under_way), _TICK):
                 item = under_way.pop(future)
                 try:
                     ended.append((item, self.result(future)))
@@ -103,11 +99,6 @@ class Engine(ABC, Generic[Future]):
         """Return what a function returned, or raise what it raised; `WorkerLostError` if its process died."""
 
 
-def lost_worker() -> WorkerLostError:
-    """Return what is said of a process that died."""
-    return WorkerLostError("the process that worked on it died, as it does where memory runs out")
-
-
 def share(workers: int, address: str | None) -> int:
     """Return how many threads a function may take: its part of the cores; one on a cluster, as it counts."""
     return max(1, available() // workers) if address is None else 1
@@ -131,13 +122,3 @@ def deaf_children() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def library(name: str, extra: str) -> Any:
-    """Return an optional library, or say which extra of relit it comes with."""
-    try:
-        return import_module(name)
-    except ImportError as error:
-        raise OptionError(
-            f"engine: needs a library that is not installed: pip install 'relit[{extra}]'"
-        ) from error

@@ -16,17 +16,17 @@ import psutil
 import pytest
 import threadpoolctl
 
-from relit.batch.engine import share
-from relit.batch.engines import engine
 from relit.errors import ClusterLostError, ImageError, OptionError, WorkerLostError
+from relit.runtime.engine import share
+from relit.runtime.engines import engine
 from relit.runtime.threads import available, bands, limit, pool
 
 PROCESSES = ["local", pytest.param("dask", marks=pytest.mark.slow)]
 #: Stays at work in two processes, whose numbers it prints; what a Ctrl-C does to it is the default.
 STAY = """
 import signal, sys, time
-from relit.batch.engines import engine
-from tests.batch.test_engines import identity
+from relit.runtime.engines import engine
+from tests.runtime.test_engines import identity
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
 if __name__ == "__main__":
     print("there", flush=True)
@@ -277,7 +277,7 @@ class TestRefusals:
     @pytest.mark.parametrize("answer", [None, b"", b"HTTP/1.1 400 Bad Request\r\n\r\n" * 9])
     def test_of_an_address_where_something_else_is(self, monkeypatch, answer):
         """It is silent, hangs up, or talks of other things."""
-        monkeypatch.setattr("relit.batch.on_dask.PATIENCE", 2)
+        monkeypatch.setattr("relit.runtime.clusters._PATIENCE", 2)
         server = socket.create_server(("127.0.0.1", 0))
 
         def serve():
