@@ -178,6 +178,7 @@ class TestOtherFiles:
     def test_an_empty_one_may_be_filled(self, tmp_path):
         path = tmp_path / "empty"
         path.touch()
+        assert found_in(path, "a") == {"a": None}
         with Journal(path).writing() as journal:
             journal.add([Outcome("a")])
         assert found_in(path, "a") == {"a": Outcome("a")}
@@ -213,6 +214,10 @@ class TestDamage:
             journal.add([Outcome("a")])
         assert found_in(kept, "a") == {"a": Outcome("a")}
 
+    def test_of_letters(self, kept):
+        by_hand(kept, ["UPDATE rows SET outcome = CAST(x'7bff' AS TEXT)"])
+        assert found_in(kept, "ab") == {"a": None, "b": None}
+
     @pytest.mark.parametrize("text", ["", "5", "[]", "{", "[" * 100_000, None, b"\xff"])
     def test_of_the_settings(self, kept, text):
         by_hand(kept, ["UPDATE runs SET settings = ?", (text,)])
@@ -225,7 +230,7 @@ class TestDamage:
     def test_of_a_table(self, kept):
         by_hand(kept, ["DROP TABLE rows"], ["CREATE TABLE rows (something)"])
         with (
-            pytest.raises(OutputError, match=r"journal\.sqlite: "),
+            pytest.raises(OutputError, match=r"journal\.sqlite: is damaged \("),
             Journal(kept).writing() as journal,
         ):
             journal.add([Outcome("a")])

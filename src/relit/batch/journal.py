@@ -48,7 +48,7 @@ class Journal:
 
         Where another process has it, or a file that no run wrote is in its place, an `OutputError` is raised.
         """
-        self._check_whose()
+        self._is_there()
         lock = FileLock(self.path.with_name(f"{self.path.name}.lock"))
         with ExitStack() as held:
             try:
@@ -68,10 +68,9 @@ class Journal:
     @contextmanager
     def reading(self) -> Iterator[Journal]:
         """Look into the journal, if there is one; refuse another file in its place."""
-        if not self.path.exists():
+        if not self._is_there():
             yield self
             return
-        self._check_whose()
         with self._opened(f"file:{quote(str(self.path.absolute()))}?mode=ro"):
             yield self
 
@@ -114,19 +113,20 @@ class Journal:
         found = self._ask("SELECT outcome FROM rows WHERE output = ?", _key(output))
         return _outcome(output, found[0][0]) if found else None
 
-    def _check_whose(self) -> None:
-        """Refuse a file that no run wrote, before SQLite may touch it."""
+    def _is_there(self) -> bool:
+        """Return whether there is a journal; refuse another file, before SQLite may touch it."""
         try:
             with self.path.open("rb") as stream:
                 head = stream.read(100)
         except FileNotFoundError:
-            return
+            return False
         except OSError as error:
             raise self._failed(error) from error
         ours = head.startswith(b"SQLite format 3\0") and head[68:72] == _APPLICATION.to_bytes(4)
         if head and not ours:
             told = "the journal of an earlier relit" if head.startswith(b'{"run": ') else "no journal"
             raise OutputError(f"{self.path}: is {told}, and stays as it is; choose another file by --journal")
+        return bool(head)
 
     @contextmanager
     def _opened(self, name: str) -> Iterator[None]:
@@ -134,6 +134,7 @@ class Journal:
             base = sqlite3.connect(name, uri=name.startswith("file:"), isolation_level=None)
         except sqlite3.Error as error:
             raise self._failed(error) from error
+        base.text_factory = bytes  # what is no UTF-8 is for json to say
         with closing(base) as self._base:
             yield
         self._base = None
@@ -148,7 +149,8 @@ class Journal:
 
     def _failed(self, error: Exception) -> OutputError:
         reason = getattr(error, "strerror", None) or error
-        if isinstance(error, (OSError, sqlite3.OperationalError)):  # no room, no permission
+        code = getattr(error, "sqlite_errorcode", None)  # SQLITE_ERROR: the tables are not what they were
+        if isinstance(error, (OSError, sqlite3.OperationalError)) and code != sqlite3.SQLITE_ERROR:
             told = f"cannot be written ({reason}); choose another place with --journal"
         else:
             told = f"is damaged ({reason}); move it away, and use --force, which does all rows again"

@@ -109,8 +109,9 @@ class Naming:
 
     def _is_shared(self, table: str, name: tuple[str, ...], place: str) -> bool:
         """Return whether other places go by a name as well."""
-        found = self._ask(f"SELECT 1 FROM {table} WHERE name = ? AND place <> ? LIMIT 1", name, place)
-        return found is not None
+        return (
+            self._ask(f"SELECT 1 FROM {table} WHERE name = ? AND place <> ? LIMIT 1", name, place) is not None
+        )
 
 
 def suffixes_of(kind: str) -> list[str]:

@@ -180,6 +180,7 @@ class Sessions:
             while len(self._by_token) >= self._most:
                 self._by_token.pop(self._by_token.items()[0][0])
             token = secrets.token_urlsafe(24)
+            self._forget_previews()
             self._by_token.put(token, Session())
             return token
 
@@ -221,10 +222,13 @@ class Sessions:
     def make_room(self, session: Session) -> None:
         """Where memory would not do, have others forget their previews, and then end, the idlest first."""
         with self._lock:
-            for _, other in self._by_token.items():
-                if other is not session and self._by_token.excess:
-                    other.forget()
+            self._forget_previews(session)
             self._by_token.make_room(*(token for token, one in self._by_token.items() if one is session))
+
+    def _forget_previews(self, spared: Session | None = None) -> None:
+        for _, other in self._by_token.items():
+            if other is not spared and self._by_token.excess:
+                other.forget()
 
     def _sweep(self) -> None:
         oldest = time.monotonic() - EXPIRES
