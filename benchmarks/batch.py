@@ -14,7 +14,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from concurrent.futures import wait
 from contextlib import contextmanager, suppress
 from importlib.resources import files
 from pathlib import Path
@@ -26,17 +25,17 @@ import psutil
 from PIL import Image
 
 import relit
-from relit.batch.engines import engine
 from relit.batch.jobs import Plan
 from relit.batch.journal import Journal
 from relit.batch.manifest import Manifest
-from relit.batch.run import Batch, run
+from relit.batch.run import Batch, Places, run
 from relit.face.landmark_files import read_landmarks, write_landmarks
+from relit.runtime.engines import engine
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from relit.batch.engines import Engine
+    from relit.runtime.engine import Engine
     from relit.settings.transfer_changes import MethodName
 
 _RELIT = "from relit.cli.app import main; main()"
@@ -60,13 +59,13 @@ def main(rows: int, rounds: int, method: MethodName) -> None:
 
 
 @contextmanager
-def _workers(count: int) -> Iterator[Engine]:
+def _workers(count: int) -> Iterator[Engine[Any]]:
     """Lend processes: one on the first core, or one on each."""
     cores = os.sched_getaffinity(0)
     os.sched_setaffinity(0, sorted(cores)[:count])
     try:
         with engine("local", count) as lent:
-            wait([lent.submit(time.sleep, 1) for _ in range(count)])
+            _call(lent, time.sleep, *[(1,)] * count)
             os.sched_setaffinity(0, cores)
             yield lent
     finally:
@@ -74,13 +73,19 @@ def _workers(count: int) -> Iterator[Engine]:
 
 
 def _costs(
-    folder: Path, size: int, rounds: int, method: MethodName, bare: Engine, one: Engine, two: Engine
+    folder: Path,
+    size: int,
+    rounds: int,
+    method: MethodName,
+    bare: Engine[Any],
+    one: Engine[Any],
+    two: Engine[Any],
 ) -> None:
     _photos(folder / "t", "target.png", _TARGETS, size)
     _photos(folder / "r", "reference.jpg", _REFERENCES, size)
     _manifest(folder, _TARGETS * _REFERENCES)
     lanes: dict[str, Callable[[Path], float]] = {
-        "loop": lambda _: bare.submit(loop, str(folder), method).result(),
+        "loop": lambda _: _call(bare, loop, (str(folder), method)),
         "unshared": lambda out: _done(one, folder, out, method, shared=False),
         "unshared-two": lambda out: _done(two, folder, out, method, shared=False),
         "one": lambda out: _done(one, folder, out, method),
@@ -96,10 +101,10 @@ def _costs(
         for lane in ("unshared", "unshared-two", "two"):
             assert path.read_bytes() == (folder / f"{lane}-0" / path.name).read_bytes(), path
     alone, unshared, unshared_two, single, double = np.median(taken, axis=0)
-    search = bare.submit(_search, str(folder)).result()
+    search = _call(bare, _search, (str(folder),))
     click.echo(
         f"{size}²: in a loop {alone:.3f} s a pair; finding a face {search:.3f} s; a worker held "
-        f"{two.submit(_peak).result():.0f} MB at most"
+        f"{_call(two, _peak, ()):.0f} MB at most"
     )
     click.echo(
         f"  nothing shared: {unshared:.3f} s, {_ratio(taken, 1, 0)} of the loop; two processes "
@@ -117,15 +122,21 @@ def _ratio(taken: Any, over: int, under: int) -> str:
     return f"{np.median(found):.2f} ({found[0]:.2f} to {found[-1]:.2f})"
 
 
-def _done(lent: Engine, folder: Path, out: Path, method: MethodName, *, shared: bool = True) -> float:
+def _done(lent: Engine[Any], folder: Path, out: Path, method: MethodName, *, shared: bool = True) -> float:
     """Return the seconds of a row of a batch."""
     start = time.perf_counter()
     plan = Plan("transfer", str(out), False, f"{out}-cache" if shared else None, 10**9)
-    batch = Batch(Manifest(str(folder / "pairs.csv")), plan, relit.TransferOptions(method=method))
-    with Journal(Path(f"{out}-journal")).writing() as journal:
-        counts = run(batch, journal, lent, window=2 * lent.workers)
+    where = Places.of(str(out), f"{out}-journal")
+    batch = Batch(Manifest(str(folder / "pairs.csv")), plan, relit.TransferOptions(method=method), where)
+    with Journal(where.journal).writing() as journal:
+        counts = run(batch, journal, lent)
     assert counts.ok == counts.total
     return (time.perf_counter() - start) / counts.total
+
+
+def _call(lent: Engine[Any], function: Callable[..., Any], *items: tuple[Any, ...]) -> Any:
+    """Return what a function gives in a worker, the last time if it is called several times."""
+    return [result for ended in lent.run(function, items) for _, result in ended][-1]
 
 
 def loop(folder: str, method: MethodName) -> float:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from relit.batch.clashes import check_names, is_below
-from relit.batch.jobs import Job, Outcome, Row
+from relit.batch.jobs import Job, Row
 from relit.batch.naming import Naming
 from relit.batch.pairing import Pairs
 from relit.errors import OptionError
@@ -36,9 +36,8 @@ def names(rows, kind="transfer", suffix=None):
 
 
 def clash(rows, kind="transfer", folder="out", reserved=(), suffix=None):
-    jobs = jobs_of(rows, kind, suffix)
     with pytest.raises(OptionError) as error:
-        check_names(lambda: iter(jobs), kind, folder, reserved)
+        check_names(zip(rows, jobs_of(rows, kind, suffix), strict=True), kind, folder, reserved)
     return str(error.value)
 
 
@@ -53,9 +52,8 @@ class TestNames:
         jobs = jobs_of(rows, kind)
         files = []
         for job in jobs:
-            if isinstance(job, Outcome):
-                assert job.status == "failed"
-                assert job.reason
+            if isinstance(job, str):
+                assert job
                 continue
             for file in job.files(kind):
                 whole = Path(os.path.normpath(Path("/data/out", file)))
@@ -64,7 +62,7 @@ class TestNames:
                 assert ".relit" not in PurePosixPath(file).parts[:1]
                 files.append(str(whole))
         try:
-            check_names(lambda: iter(jobs), kind, "/data/out", ())
+            check_names(zip(rows, jobs, strict=True), kind, "/data/out", ())
         except OptionError:
             return
         assert len({file.casefold() for file in files}) == len(files)
@@ -112,11 +110,11 @@ class TestNames:
     )
     def test_an_output_that_leaves_the_folder_fails(self, output):
         (job,) = jobs_of([Row(1, "a/..", output=output or "..")])
-        assert (job.status, job.reason[:17]) == ("failed", "output: expected ")
+        assert job.startswith("output: expected ")
 
     def test_a_bad_option_fails(self):
         bad, good = jobs_of([Row(1, "a", options=(("strength", "x"),)), Row(2, "b", options=(("lam", 1),))])
-        assert "strength: expected" in bad.reason
+        assert "strength: expected" in bad
         assert isinstance(good, Job)
         assert good.options == TransferOptions(lam=1)
 
@@ -136,7 +134,9 @@ class TestClashes:
             Row(2, "b.png", output=one),
             Row(3, "c.png", output=other),
         ]
-        assert "row 2 writes it and row 3 writes it; choose other names" in clash(rows)
+        told = clash(rows)
+        assert "row 2 writes it and row 3 writes it; choose other names" in told
+        assert one in told or other in told
 
     def test_a_name_that_is_an_input(self, tmp_path):
         (tmp_path / "link").symlink_to(tmp_path)

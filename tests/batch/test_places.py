@@ -10,10 +10,10 @@ from pathlib import Path
 import fsspec
 import pytest
 
-from relit.batch.places import exists, expand, join, read_bytes, write_atomically
-from relit.batch.stores import masked
+from relit.batch.places import exists, expand, join, masked, read_bytes, write_atomically
 from relit.errors import ImageError, OptionError, OutputError
 from relit.photo.photo import PHOTO_SUFFIXES
+from relit.train.reference_pool import ReferencePool
 from tests.web import web
 
 PHOTOS = [
@@ -223,6 +223,26 @@ class TestPatterns:
         with pytest.raises(OptionError, match="closed: cannot be listed"):
             expand(str(tmp_path))
 
+    @pytest.mark.skipif(os.name != "posix", reason="needs links")
+    @pytest.mark.parametrize("pattern", ["", "/*.png", "/**/*.png"])
+    def test_a_link_in_a_circle_does_not_stop_the_others(self, tmp_path, pattern):
+        (tmp_path / "1.png").touch()
+        (tmp_path / "deep").mkdir()
+        (tmp_path / "circle.png").symlink_to(tmp_path / "circle.png")
+        (tmp_path / "deep/circle").symlink_to(tmp_path / "deep/circle")
+        found = expand(f"{tmp_path}{pattern}")
+        assert found == [f"{tmp_path}/1.png", f"{tmp_path}/circle.png"]
+        with pytest.raises(ImageError, match=r"circle\.png: cannot be read \(Too many levels of symbolic"):
+            read_bytes(found[1])
+
+    def test_are_those_of_all_that_look_for_photos(self, tmp_path):
+        """Hidden and temporary files are no references either."""
+        for name in PHOTOS + OTHERS + HIDDEN:
+            write_atomically(str(tmp_path / name), b"", overwrite=False)
+        for pattern in ("", "/*", "/**/*.jpg", "/ann", "/bob[1]", "/?.*"):
+            found = map(str, ReferencePool(f"{tmp_path}{pattern}").given)
+            assert sorted(found) == expand(f"{tmp_path}{pattern}")
+
     def test_know_the_photos_that_are_read(self):
         assert {".jpg", ".png", ".tif", ".heic", ".dng", ".exr", ".webp"} <= PHOTO_SUFFIXES
 
@@ -234,14 +254,6 @@ class TestUrls:
     def test_of_an_unknown_kind(self, do):
         with pytest.raises(OptionError, match=r"nonsense://x/1\.png: Protocol not known: nonsense"):
             do("nonsense://x/1.png")
-
-    @pytest.mark.parametrize(
-        "do", [read_bytes, exists, expand, lambda p: write_atomically(p, b"", overwrite=True)]
-    )
-    def test_need_an_extra(self, do, monkeypatch):
-        monkeypatch.setitem(sys.modules, "fsspec", None)
-        with pytest.raises(OptionError, match=r"pip install 'relit\[cluster\]'"):
-            do("s3://bucket/1.png")
 
     def test_need_what_their_kind_needs(self, monkeypatch):
         monkeypatch.setitem(sys.modules, "gcsfs", None)

@@ -15,8 +15,8 @@ from PIL import Image
 
 from relit.batch import places
 from relit.batch.cache import DiskCache
+from relit.batch.places import version_of
 from relit.batch.reading import Shelf
-from relit.batch.stamps import stamp_of
 from relit.errors import ImageError
 from relit.photo.photo import read_image
 from tests.web import web
@@ -70,13 +70,13 @@ class TestShelf:
             assert list(found) == list(dict.fromkeys(names))
             for name, held in found.items():
                 assert held.data == (folder / name).read_bytes()
-                assert held.file.stamp == stamp_of(name)
+                assert held.file.version == version_of(name)
 
-    def test_it_holds_no_more_than_it_may_besides_those_of_the_row(self, tmp_path, asked):
+    def test_it_holds_no_more_than_it_may_but_those_of_the_row(self, tmp_path, asked):
         for name in "abcd":
             (tmp_path / name).write_bytes(name.encode() * 10)
         a, b, c, d = (str(tmp_path / name) for name in "abcd")
-        shelf = Shelf(20)
+        shelf = Shelf(30)
         for row in ((a, b), (a, c), (a, d), (a, c)):
             shelf.read(row)
         assert asked == [a, b, c, d]  # a stays while it is wanted
@@ -84,6 +84,10 @@ class TestShelf:
         asked.clear()
         shelf.read([c, a, d])
         assert asked == [d]
+        shelf.read([a, b, c, d])  # more than 30
+        asked.clear()
+        shelf.read([a, b, c, d])
+        assert asked == []
 
     def test_what_is_missing_is_told_each_time(self, tmp_path):
         place, shelf = tmp_path / "1.png", Shelf()
@@ -130,28 +134,28 @@ class TestUrls:
         places.write_atomically(place, b"one", overwrite=False)
         kind = type(fsspec.filesystem("memory"))
         monkeypatch.setattr(kind, "info", lambda self, path: {"name": path, "size": 3})  # noqa: ARG005
-        assert stamp_of(place) is None
+        assert version_of(place) is None
         assert [contents(shelf, place) for _ in range(2)] == [[b"one"]] * 2
         assert asked == [place, place]
 
 
-class TestStamps:
+class TestVersions:
     def test_are_the_same_until_a_file_changes(self, root):
         place = f"{root}/1.png"
-        assert stamp_of(place) is None
+        assert version_of(place) is None
         places.write_atomically(place, b"one", overwrite=False)
-        before = stamp_of(place)
-        assert before == stamp_of(place)
-        assert before[0] == 3
+        before = version_of(place)
+        assert before == version_of(place)
+        assert before.startswith("3 ")
         places.write_atomically(place, b"two", overwrite=True)
-        assert stamp_of(place) != before
+        assert version_of(place) != before
 
     def test_are_the_same_in_another_process(self, tmp_path):
         place = f"local://{tmp_path}/1.png"
         places.write_atomically(place, b"one", overwrite=False)
-        code = "import sys; from relit.batch.stamps import stamp_of; print(stamp_of(sys.argv[1]))"
+        code = "import sys; from relit.batch.places import version_of; print(version_of(sys.argv[1]))"
         told = subprocess.run([sys.executable, "-c", code, place], capture_output=True, check=True, text=True)
-        assert told.stdout.strip() == str(stamp_of(place))
+        assert told.stdout.strip() == version_of(place)
 
     def test_of_the_web_are_by_its_headers(self, tmp_path):
         pytest.importorskip("aiohttp")
@@ -159,11 +163,11 @@ class TestStamps:
 
         with web(tmp_path) as root:
             url = f"{root}/1.png"
-            before = stamp_of(url)
+            before = version_of(url)
             os.utime(tmp_path / "1.png", (0, 0))  # Last-Modified has whole seconds
             assert before is not None
-            assert stamp_of(url) not in (before, None)
+            assert version_of(url) not in (before, None)
 
     def test_of_what_cannot_be_asked_are_none(self):
-        assert stamp_of("nonsense://x") is None
-        assert stamp_of("ftp://127.0.0.1:9/1.png") is None
+        assert version_of("nonsense://x") is None
+        assert version_of("ftp://127.0.0.1:9/1.png") is None

@@ -15,6 +15,7 @@ import warnings
 from contextlib import contextmanager, suppress
 from functools import cache
 from hashlib import blake2b
+from importlib.metadata import PackageNotFoundError, version
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,7 +26,6 @@ from filelock import FileLock
 
 import relit
 from relit.batch.forms import FORMS, OF_TARGETS
-from relit.batch.libraries import versions
 from relit.errors import OptionError, OutputError
 from relit.photo.atomic_files import save_atomically
 from relit.runtime.memo import Keeper, Made, Memo
@@ -37,44 +37,19 @@ if TYPE_CHECKING:
 
     from relit.batch.forms import Arrays
 
-_TARGETS = 150_000_000  # bytes in memory: what is said of the largest faces that are looked at
-_PATIENCE = 120.0  # s to wait for another process, then everybody helps himself
+_TARGETS = 150_000_000  # bytes in memory: the largest faces that are looked at, in all their steps
+_PATIENCE = 120.0  # s to wait for what another process computes; then it is computed here as well
+_LIBRARIES = ("numpy", "scipy", "numba", "pillow", "imagecodecs", "tifffile", "ai-edge-litert", "joblib")
 _DIGEST = 16  # bytes of a checksum
 _LEDGER = 20  # digits; a torn ledger is shorter
 
 
 class DiskCache(Keeper):
-    """Splits and faces on disk, and in memory what was said of the last target.
+    """Splits, faces and fetched files on disk, and the steps on the last targets in memory.
 
-    Parameters
-    ----------
-    folder : Path
-        Where they are; made if need be. Processes that use one folder share what it holds, and where several
-        want the same at once, one computes it. Where nothing can be written, all goes on without, with a
-        warning.
-    most_bytes : int
-        How much they may hold; what was not asked for longest goes first.
-
-    Raises
-    ------
-    OptionError
-        If `most_bytes` is no number of bytes.
-    OutputError
-        If there is something else in the folder's place.
-
-    Notes
-    -----
-    Results are those of computing, bit by bit; a warning comes only when computing.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from relit import decompose
-    >>> image = np.full((16, 16), 100, np.uint8)
-    >>> with tempfile.TemporaryDirectory() as folder, DiskCache(Path(folder), 1_000_000).open():
-    ...     first, second = decompose(image), decompose(image)
-    >>> first is second, bool(np.array_equal(first.u, second.u))
-    (False, True)
+    Processes that use one folder share what it holds, and where several want the same at once, one computes
+    it. Entries hold no more than `most_bytes`; those least recently used go first. Where nothing can be
+    written, all goes on without, with a warning. Results are those of computing, bit by bit.
     """
 
     def __init__(self, folder: Path, most_bytes: int) -> None:
@@ -94,10 +69,10 @@ class DiskCache(Keeper):
         """Return what a step gives, without doing it if that is kept."""
         if step in OF_TARGETS:
             return self._targets.recall(step, given, go_on)
-        form = FORMS.get(step)
-        if form is None:
+        if step not in FORMS:
             go_on()
             return step(**given)
+        apart, together = FORMS[step]
         name = joblib.hash((_makers(), step.__name__, given))
         path = self._folder / f"{step.__name__}-{name}.npz"
         arrays = _read(path)
@@ -107,9 +82,9 @@ class DiskCache(Keeper):
                 if arrays is None:
                     go_on()
                     made = step(**given)
-                    self._keep(path, form.apart(made))
+                    self._keep(path, apart(made))
                     return made
-        return form.together(arrays)  # type: ignore[no-any-return]
+        return together(arrays)  # type: ignore[no-any-return]
 
     @contextmanager
     def _alone(self, what: str) -> Iterator[bool]:
@@ -204,6 +179,15 @@ def _touch(path: Path) -> None:
 
 def _digest(content: bytes | memoryview) -> bytes:
     return blake2b(content, digest_size=_DIGEST).digest()
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of the libraries that results depend on, down to their last bits."""
+    found = dict.fromkeys(_LIBRARIES, "unknown")
+    for name in _LIBRARIES:
+        with suppress(PackageNotFoundError):  # installed in another way than by pip
+            found[name] = version(name)
+    return found
 
 
 @cache

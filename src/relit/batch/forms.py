@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from inspect import unwrap
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,17 +22,6 @@ if TYPE_CHECKING:
     Arrays = Mapping[str, NDArray[Any]]
 
 
-class Form(NamedTuple):
-    """How a result becomes arrays, and they a result."""
-
-    apart: Callable[[Any], Arrays]
-    together: Callable[[Arrays], Any]
-
-
-def _split_apart(split: Decomposition) -> Arrays:
-    return {name: np.asarray(part) for name, part in vars(split).items()}
-
-
 def _split_together(arrays: Arrays) -> Decomposition:
     lam, neighborhood = arrays["lam"].item(), arrays["neighborhood"].item()
     return Decomposition(arrays["u"], arrays["v"], lam, neighborhood)
@@ -44,27 +33,24 @@ def _faces_apart(faces: tuple[Landmarks, ...]) -> Arrays:
 
 
 def _faces_together(arrays: Arrays) -> tuple[Landmarks, ...]:
-    return tuple(
-        Landmarks(points, "mesh478", confidence)
-        for points, confidence in zip(arrays["points"], arrays["confidence"].tolist(), strict=True)
-    )
+    found = zip(arrays["points"], arrays["confidence"].tolist(), strict=True)
+    return tuple(Landmarks(points, "mesh478", confidence) for points, confidence in found)
 
 
-def _bytes_apart(data: bytes) -> Arrays:
-    return {"data": np.frombuffer(data, np.uint8)}
-
-
-def _bytes_together(arrays: Arrays) -> bytes:
-    return arrays["data"].tobytes()
-
-
-#: The steps that are worth a file. That a photo has no face is a result of `faces_in` like any other.
-FORMS: dict[Callable[..., Any], Form] = {
-    unwrap(decompose): Form(_split_apart, _split_together),
-    unwrap(faces_in): Form(_faces_apart, _faces_together),
-    unwrap(fetch): Form(_bytes_apart, _bytes_together),
+#: The steps that are worth a file: how a result becomes arrays, and they a result. That a photo has no face
+#: is a result of `faces_in` like any other.
+FORMS: dict[Callable[..., Any], tuple[Callable[[Any], Arrays], Callable[[Arrays], Any]]] = {
+    unwrap(decompose): (
+        lambda split: {name: np.asarray(part) for name, part in vars(split).items()},
+        _split_together,
+    ),
+    unwrap(faces_in): (_faces_apart, _faces_together),
+    unwrap(fetch): (
+        lambda data: {"data": np.frombuffer(data, np.uint8)},
+        lambda arrays: arrays["data"].tobytes(),
+    ),
 }
 
-#: The steps on a target that are worth memory only: rows that share it mostly follow each other. What is said
-#: of a target and a reference together, hardly another row wants.
+#: The steps on a target alone that are worth memory only: rows that share it mostly follow each other, while
+#: hardly another row has the same pair.
 OF_TARGETS = {unwrap(step) for step in (explained_target, eyes_and_teeth, face_shape, matte)}

@@ -9,34 +9,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from relit.settings.options import TransferOptions
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-    from typing import Protocol
+    from collections.abc import Iterable, Mapping
 
-    class Rows(Protocol):
-        """Where rows come from; they are gone through several times, and never all held at once."""
-
-        def __iter__(self) -> Iterator[Row]:
-            """Go through all rows, the same each time."""
-            ...
+    Rows = Iterable["Row"]  # gone through several times, the same each time, and never all held at once
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of work.
+    """A kind of work."""
 
-    Attributes
-    ----------
-    options : tuple of str
-        The fields of `TransferOptions` that count.
-    suffix : str or None
-        Of the file that is written, if none is chosen; None for that of the target.
-    parts : tuple of str
-        Names of the files in the folder that is written; none where it is one file.
-    """
-
-    options: tuple[str, ...]
-    suffix: str | None = None
-    parts: tuple[str, ...] = ()
+    options: tuple[str, ...]  # the fields of `TransferOptions` that count
+    suffix: str | None = None  # of the file that is written, if none is chosen; None for that of the target
+    parts: tuple[str, ...] = ()  # names of the files in the folder that is written; none where it is one file
 
 
 KINDS = {
@@ -48,40 +32,25 @@ KINDS = {
 
 
 class Row(NamedTuple):
-    """A row as it is given; its options count more than the command's.
+    """A row as it is given; its options count more than the command's."""
 
-    Attributes
-    ----------
-    number : int
-        From 1; blank rows are not counted.
-    problem : str
-        Why it cannot be a job, if it cannot.
-    """
-
-    number: int
+    number: int  # from 1; blank rows are not counted
     target: str = ""
     reference: str | None = None
     output: str | None = None
     target_landmarks: str | None = None
     reference_landmarks: str | None = None
     options: tuple[tuple[str, Any], ...] = ()
-    problem: str = ""
+    problem: str = ""  # why it cannot be a job, if it cannot
 
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """A row that can be tried.
+    """A row that can be tried."""
 
-    Attributes
-    ----------
-    output : str
-        Below the folder of the batch, with ``/`` between folders: a file, or for ``decompose`` a folder.
-    """
-
-    number: int
     target: str
     reference: str | None
-    output: str
+    output: str  # below the folder of the batch, ``/`` between folders: a file, or for decompose a folder
     target_landmarks: str | None
     reference_landmarks: str | None
     options: TransferOptions
@@ -93,107 +62,41 @@ class Job:
         return tuple(place for place in places if place is not None)
 
     def files(self, kind: str) -> tuple[str, ...]:
-        """Return the files that are written, below the folder of the batch.
-
-        Examples
-        --------
-        >>> job = Job(1, "a.jpg", None, "faces/a", None, None, TransferOptions())
-        >>> job.files("decompose")
-        ('faces/a/u.png', 'faces/a/v.png')
-        """
+        """Return the files that are written, below the folder of the batch."""
         return tuple(f"{self.output}/{part}" for part in KINDS[kind].parts) or (self.output,)
 
 
 class File(NamedTuple):
-    """What a place held: the SHA-256 of its bytes, and a stamp by which to see that they are the same.
+    """What a place held, and by what to see that it holds it still."""
 
-    Attributes
-    ----------
-    stamp : tuple of (int, int) or None
-        Size, and time of the last change in ns; None where a place tells neither.
-    """
-
-    digest: str
-    stamp: tuple[int, int] | None
+    digest: str  # SHA-256
+    version: str | None  # `places.version_of`
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a row ended.
+    """How a job ended."""
 
-    Attributes
-    ----------
-    output : str
-        As of the job; empty where a row did not come to have one.
-    status : {"ok", "failed"}
-    reason : str
-        Why it failed.
-    made : str
-        Digest of all that decides what is written: `work.recipe`.
-    inputs, files : tuple of File
-        What was read, and what was written.
-    seconds : mapping of str to float
-        By stage.
-    confidence : mapping of str to float
-        Of the landmarks that were found, by role.
-    metrics : mapping of str to float
-    """
-
-    number: int
     output: str
-    status: str
-    reason: str = ""
-    made: str = ""
-    inputs: tuple[File, ...] = ()
-    files: tuple[File, ...] = ()
-    seconds: Mapping[str, float] = field(default_factory=dict)
-    confidence: Mapping[str, float] = field(default_factory=dict)
-    metrics: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def key(self) -> str:
-        """What tells it from those of all other rows."""
-        return self.output or f"\0{self.number}"
+    reason: str = ""  # why it failed; empty where it did not
+    recipe: str = ""  # digest of all that decides what is written: `work.recipe_of`
+    inputs: tuple[File, ...] = ()  # what was read
+    files: tuple[File, ...] = ()  # what was written
+    measured: Mapping[str, float] = field(default_factory=dict)  # by column of the table
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What all rows of a batch share.
+    """What all rows of a batch share."""
 
-    Attributes
-    ----------
-    kind : str
-        Of `KINDS`.
-    folder : str
-        Where outputs go: a local folder, or a URL.
-    force : bool
-        Whether files may be replaced that no earlier run of the batch wrote.
-    cache : str or None
-        Local folder for what rows have in common.
-    cache_bytes : int
-        How much it may hold.
-    """
-
-    kind: str
-    folder: str
-    force: bool = False
-    cache: str | None = None
-    cache_bytes: int = 0
+    kind: str  # of `KINDS`
+    folder: str  # where outputs go: a local one, or a URL
+    force: bool = False  # whether files may be replaced that no earlier run of the batch wrote
+    cache: str | None = None  # local folder for what rows have in common
+    cache_bytes: int = 0  # how much that may hold
 
 
 @lru_cache(maxsize=1024)
 def options_with(options: TransferOptions, changes: tuple[tuple[str, Any], ...]) -> TransferOptions:
-    """Return options with a row's own; the same object for the same ones, since rows are many.
-
-    Raises
-    ------
-    OptionError
-        If one is out of range.
-
-    Examples
-    --------
-    >>> one, other = (options_with(TransferOptions(), (("strength", 0.5),)) for _ in range(2))
-    >>> one is other, one.strength
-    (True, 0.5)
-    """
+    """Return options with a row's own, or raise an `OptionError`; the same object for the same ones."""
     return options.changed(**dict(changes))

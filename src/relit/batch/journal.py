@@ -1,22 +1,20 @@
-"""The journal of a batch: a line for each row that ended, safely on disk before the next is looked at.
+"""The journal of a batch: how each row ended, safely on disk before the next is looked at.
 
-It is what a run that was killed goes on from. Of several lines on one row, the last counts; what is no line,
-as the last one may be when the power fails, is passed over.
+It is what a run that was killed goes on from: one SQLite file, a row for each output. Only one run writes to
+it, which a lock beside it sees to; so its write-ahead log may lie on any disk that this machine can lock.
 """
 
 from __future__ import annotations
 
 import json
-import os
-from array import array
-from contextlib import ExitStack, contextmanager
+import sqlite3
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import asdict
-from typing import IO, TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
-import numpy as np
 from filelock import FileLock, Timeout
 
-from relit.batch.digests import short_digest
 from relit.batch.jobs import File, Outcome
 from relit.errors import OutputError
 
@@ -24,157 +22,160 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
+_APPLICATION = 0x72656C74  # "relt": what the head of an SQLite file says of whose it is
+_BEGINNING = (
+    "BEGIN IMMEDIATE",  # one transaction, so that there is never a file that does not say whose it is
+    f"PRAGMA application_id = {_APPLICATION}",
+    "CREATE TABLE IF NOT EXISTS runs (settings TEXT)",
+    "CREATE TABLE IF NOT EXISTS taken (place BLOB UNIQUE)",
+    "CREATE TABLE IF NOT EXISTS rows (output BLOB UNIQUE, outcome TEXT)",
+    "COMMIT",
+    "PRAGMA journal_mode = WAL",
+    "PRAGMA synchronous = FULL",  # an outcome outlives a power cut
+)
+
 
 class Journal:
-    """The outcomes of rows, in a file that is only ever added to.
-
-    It is opened by `writing`, or by `reading`, which makes no file.
-
-    Parameters
-    ----------
-    path : Path
-
-    Attributes
-    ----------
-    header : dict or None
-        What the last run that wrote to it said of itself.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     with Journal(Path(folder, "journal.jsonl")).writing() as journal:
-    ...         journal.begin({"kind": "transfer"})
-    ...         journal.add([Outcome(1, "a.png", "failed", "no face found")])
-    ...         journal.refresh()
-    ...         journal.find("a.png").reason, journal.find("b.png"), journal.header
-    ('no face found', None, {'kind': 'transfer'})
-    """
+    """The outcomes of rows; opened by `writing`, or by `reading`, which makes no file."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.header: dict[str, Any] | None = None
-        self._stream: IO[bytes] | None = None
-        self._keys = np.zeros(0, np.uint64)
-        self._places = np.zeros(0, np.uint64)
+        self._base: sqlite3.Connection | None = None
 
     @contextmanager
     def writing(self) -> Iterator[Journal]:
         """Keep the journal to this process, which may add to it.
 
-        Raises
-        ------
-        OutputError
-            If another process has it, or it cannot be written.
+        Where another process has it, or a file that no run wrote is in its place, an `OutputError` is raised.
         """
+        self._is_there()
         lock = FileLock(self.path.with_name(f"{self.path.name}.lock"))
         with ExitStack() as held:
             try:
                 self.path.parent.mkdir(parents=True, exist_ok=True)
                 held.enter_context(lock.acquire(timeout=0))
-                self._stream = held.enter_context(self.path.open("a+b"))
-                _cut_torn_line(self._stream)
             except Timeout:
                 raise OutputError(
                     f"{self.path}: another run is at work here; wait for it, or choose another folder"
                 ) from None
             except OSError as error:
-                raise self._unwritable(error) from error
-            self.refresh()
+                raise self._failed(error) from error
+            held.enter_context(self._opened(str(self.path)))
+            for command in _BEGINNING:
+                self._ask(command)
             yield self
-        self._stream = None
 
     @contextmanager
     def reading(self) -> Iterator[Journal]:
-        """Look into the journal, if there is one."""
-        if not self.path.exists():
+        """Look into the journal, if there is one; refuse another file in its place."""
+        if not self._is_there():
             yield self
             return
-        with self.path.open("rb") as self._stream:
-            self.refresh()
+        with self._opened(f"file:{quote(str(self.path.absolute()))}?mode=ro"):
             yield self
-        self._stream = None
 
-    def begin(self, header: dict[str, Any]) -> None:
+    @property
+    def settings(self) -> dict[str, Any] | None:
+        """What the last run that wrote to it said of itself; None where none did."""
+        found = self._ask("SELECT settings FROM runs ORDER BY rowid DESC LIMIT 1")
+        if not found:
+            return None
+        try:
+            settings = json.loads(found[0][0])
+        except (ValueError, TypeError, RecursionError):
+            settings = None
+        if not isinstance(settings, dict):
+            raise self._failed(ValueError("it does not tell the settings"))
+        return settings
+
+    def begin(self, settings: dict[str, Any]) -> None:
         """Add what a run says of itself."""
-        self._append([{"run": header}])
+        self._ask("INSERT INTO runs VALUES (?)", json.dumps(settings))
+
+    def take(self, place: str) -> None:
+        """Note that runs of this journal write a place besides the rows', such as that of their table."""
+        self._ask("INSERT OR IGNORE INTO taken VALUES (?)", _key(place))
+
+    def owns(self, place: str) -> bool:
+        """Return whether a run has taken a place."""
+        return bool(self._ask("SELECT 1 FROM taken WHERE place = ?", _key(place)))
 
     def add(self, outcomes: Iterable[Outcome]) -> None:
         """Add outcomes; when this returns, they are on disk."""
-        self._append([asdict(outcome) for outcome in outcomes])
+        self._ask("BEGIN")
+        for outcome in outcomes:
+            held = (_key(outcome.output), json.dumps(asdict(outcome)))
+            self._ask("INSERT OR REPLACE INTO rows VALUES (?, ?)", *held)
+        self._ask("COMMIT")
 
-    def refresh(self) -> None:
-        """Take note of what the journal holds."""
-        keys, wheres = array("Q"), array("Q")
-        for where, line in self._lines():
-            try:
-                record = json.loads(line)
-                if "run" in record:
-                    self.header = record["run"]
-                else:
-                    keys.append(short_digest(_outcome(record).key))
-                    wheres.append(where)
-            except (ValueError, TypeError, KeyError):
-                continue
-        given, places = np.frombuffer(keys, np.uint64), np.frombuffer(wheres, np.uint64)
-        order = np.argsort(given, kind="stable")
-        self._keys, self._places = given[order], places[order]
+    def find(self, output: str) -> Outcome | None:
+        """Return how the row of an output ended the last time; None where nothing sensible tells it."""
+        found = self._ask("SELECT outcome FROM rows WHERE output = ?", _key(output))
+        return _outcome(output, found[0][0]) if found else None
 
-    def find(self, key: str) -> Outcome | None:
-        """Return how a row ended the last time, by `Outcome.key`."""
-        at = int(np.searchsorted(self._keys, np.uint64(short_digest(key)), side="right")) - 1
-        if at < 0 or self._stream is None or int(self._keys[at]) != short_digest(key):
-            return None
-        self._stream.seek(int(self._places[at]))
-        found = _outcome(json.loads(self._stream.readline()))
-        return found if found.key == key else None
-
-    def _append(self, records: list[dict[str, Any]]) -> None:
-        if self._stream is None:
-            raise RuntimeError("the journal is not open for writing")
+    def _is_there(self) -> bool:
+        """Return whether there is a journal; refuse another file, before SQLite may touch it."""
         try:
-            self._stream.write(b"".join(json.dumps(record).encode() + b"\n" for record in records))
-            self._stream.flush()
-            os.fsync(self._stream.fileno())
+            with self.path.open("rb") as stream:
+                head = stream.read(100)
+        except FileNotFoundError:
+            return False
         except OSError as error:
-            raise self._unwritable(error) from error
+            raise self._failed(error) from error
+        ours = head.startswith(b"SQLite format 3\0") and head[68:72] == _APPLICATION.to_bytes(4)
+        if head and not ours:
+            told = "the journal of an earlier relit" if head.startswith(b'{"run": ') else "no journal"
+            raise OutputError(f"{self.path}: is {told}, and stays as it is; choose another file by --journal")
+        return bool(head)
 
-    def _unwritable(self, error: OSError) -> OutputError:
-        return OutputError(
-            f"{self.path}: cannot be written ({error.strerror or error}); choose another place with --journal"
+    @contextmanager
+    def _opened(self, name: str) -> Iterator[None]:
+        try:
+            base = sqlite3.connect(name, uri=name.startswith("file:"), isolation_level=None)
+        except sqlite3.Error as error:
+            raise self._failed(error) from error
+        base.text_factory = bytes  # what is no UTF-8 is for json to say
+        with closing(base) as self._base:
+            yield
+        self._base = None
+
+    def _ask(self, command: str, *given: Any) -> list[Any]:
+        if self._base is None:
+            return []
+        try:
+            return self._base.execute(command, given).fetchall()
+        except sqlite3.Error as error:
+            raise self._failed(error) from error
+
+    def _failed(self, error: Exception) -> OutputError:
+        reason = getattr(error, "strerror", None) or error
+        code = getattr(error, "sqlite_errorcode", None)  # SQLITE_ERROR: the tables are not what they were
+        if isinstance(error, (OSError, sqlite3.OperationalError)) and code != sqlite3.SQLITE_ERROR:
+            told = f"cannot be written ({reason}); choose another place with --journal"
+        else:
+            told = f"is damaged ({reason}); move it away, and use --force, which does all rows again"
+        return OutputError(f"{self.path}: {told}")
+
+
+def _key(output: str) -> bytes:
+    return output.encode("utf-8", "surrogatepass")  # names of files need not be Unicode
+
+
+def _outcome(output: str, text: Any) -> Outcome | None:
+    """Return an outcome from its text; None where that is none, as after a change by hand."""
+    try:
+        found: dict[str, Any] = json.loads(text)
+        reason, recipe = map(_word, (found["reason"], found["recipe"]))
+        inputs, files = (
+            tuple(File(*map(_word, entry)) for entry in found[name]) for name in ("inputs", "files")
         )
-
-    def _lines(self) -> Iterator[tuple[int, bytes]]:
-        if self._stream is not None:
-            self._stream.seek(0)
-            where = 0
-            for line in self._stream:
-                if line.endswith(b"\n"):
-                    yield where, line
-                where += len(line)
+        measured = {name: float(value) for name, value in found["measured"].items()}
+        return Outcome(output, reason, recipe, inputs, files, measured)
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        return None
 
 
-def _cut_torn_line(stream: IO[bytes]) -> None:
-    """Take away what follows the last whole line, so that the next one starts anew."""
-    size = stream.seek(0, os.SEEK_END)
-    kept = size
-    while kept > 0:
-        start = max(kept - (1 << 16), 0)
-        stream.seek(start)
-        at = stream.read(kept - start).rfind(b"\n")
-        kept = start + at + 1
-        if at >= 0:
-            break
-    if kept < size:
-        stream.truncate(kept)
-
-
-def _outcome(record: dict[str, Any]) -> Outcome:
-    """Return an outcome from its line."""
-    files = {name: tuple(_file(*entry) for entry in record[name]) for name in ("inputs", "files")}
-    return Outcome(**record | files)
-
-
-def _file(digest: str, stamp: list[int] | None) -> File:
-    return File(digest, (stamp[0], stamp[1]) if stamp else None)
+def _word(value: Any) -> Any:
+    if not isinstance(value, str | None):
+        raise TypeError(f"expected a text, got {value!r}")
+    return value

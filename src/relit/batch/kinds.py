@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,13 +11,10 @@ from relit.errors import FaceNotFoundError
 from relit.face.detect import detect_landmarks
 from relit.face.landmark_files import landmarks_as_bytes, landmarks_from
 from relit.face.landmarks import check_inside
-from relit.figures import split_pictures
-from relit.ltv.decomposition import decompose, normalize
-from relit.ltv.g_value import lam_for
 from relit.photo.atomic_files import NamedBytes
 from relit.photo.photo import check_destination, write_image
-from relit.photo.pixels import from_unit
 from relit.relighting import transfer
+from relit.splitting import Splitting, grey_like
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -30,69 +26,60 @@ if TYPE_CHECKING:
     from relit.results import TransferResult
     from relit.runtime.timing import Stopwatch
 
-    Held = Mapping[str, Content]
+
+class Doing:
+    """A row under way: what `Job.inputs` hold, by place, and what is measured meanwhile."""
+
+    def __init__(self, job: Job, held: Mapping[str, Content], watch: Stopwatch) -> None:
+        self.job, self.watch, self._held = job, watch, held
+        self.measured: dict[str, float] = {}
+
+    def photo(self, place: str) -> Photo:
+        """Return the photo at a place that was read."""
+        with self.watch("read"):
+            return self._held[place].photo
+
+    def face(self, photo: Photo, role: str) -> Landmarks:
+        """Return where the face is in the photo of a role: as the row gives it, or by looking."""
+        place: str = getattr(self.job, role)
+        marks: str | None = getattr(self.job, f"{role}_landmarks")
+        with self.watch("find the face"):
+            if marks is not None:
+                found = landmarks_from(self._held[marks].data, marks)
+                check_inside(found, photo.pixels.shape, marks)
+            else:
+                try:
+                    found = detect_landmarks(photo.pixels, name=place)
+                except FaceNotFoundError as error:
+                    told = str(error).replace("--landmarks FILE", "a column of landmarks in the manifest")
+                    raise FaceNotFoundError(told) from None
+        if found.confidence is not None:
+            self.measured[f"{role}_confidence"] = found.confidence
+        if role == "target":
+            self.measured["eye_distance"] = round(found.interocular_distance, 3)
+        return found
+
+    def encoded(self, name: str, pixels: Any, like: Photo | None = None) -> bytes:
+        """Return a photo as a file of this name holds it."""
+        stream = NamedBytes(name)
+        with self.watch("write"):
+            write_image(stream, pixels, like=like)
+        return stream.getvalue()
 
 
-class Done(NamedTuple):
-    """What a row comes to.
-
-    Attributes
-    ----------
-    files : list of bytes
-        In the order of `Job.files`.
-    landmarks : mapping of str to Landmarks
-        By role.
-    metrics : mapping of str to float
-    """
-
-    files: list[bytes]
-    landmarks: Mapping[str, Landmarks]
-    metrics: Mapping[str, float]
-
-
-def _photo(place: str, held: Held, watch: Stopwatch) -> Photo:
-    with watch("read"):
-        return held[place].photo
-
-
-def _face(photo: Photo, place: str, marks: str | None, held: Held, watch: Stopwatch) -> Landmarks:
-    with watch("find the face"):
-        if marks is not None:
-            found = landmarks_from(held[marks].data, marks)
-            check_inside(found, photo.pixels.shape, marks)
-            return found
-        try:
-            return detect_landmarks(photo.pixels, name=place)
-        except FaceNotFoundError as error:
-            told = str(error).replace("--landmarks FILE", "a column of landmarks in the manifest")
-            raise FaceNotFoundError(told) from None
-
-
-def _transfer(job: Job, held: Held, watch: Stopwatch) -> Done:
-    photo = _photo(job.target, held, watch)
+def _transfer(row: Doing) -> list[bytes]:
+    job, photo = row.job, row.photo(row.job.target)
     check_destination(NamedBytes(job.output), like=photo)
-    here = _face(photo, job.target, job.target_landmarks, held, watch)
-    found, light = {"target": here}, None
+    here, light, there = row.face(photo, "target"), None, None
     if job.reference is not None:
-        light = _photo(job.reference, held, watch)
-        found["reference"] = _face(light, job.reference, job.reference_landmarks, held, watch)
-    with watch("relight"):
-        result = transfer(
-            photo,
-            light,
-            target_landmarks=here,
-            reference_landmarks=found.get("reference"),
-            options=job.options,
-        )
-    with watch("write"):
-        image = _encoded(job.output, result.image, photo)
+        light = row.photo(job.reference)
+        there = row.face(light, "reference")
+    with row.watch("relight"):
+        result = transfer(photo, light, target_landmarks=here, reference_landmarks=there, options=job.options)
     alignment = result.first.alignment
-    metrics = {
-        "eye_distance": round(here.interocular_distance, 3),
-        "folded": round(alignment.folded, 6) if alignment else 0.0,
-        "change": round(_mean_change(result), 6),
-    }
-    return Done([image], found, metrics)
+    row.measured["folded"] = round(alignment.folded, 6) if alignment else 0.0
+    row.measured["change"] = round(_mean_change(result), 6)
+    return [row.encoded(job.output, result.image, photo)]
 
 
 def _mean_change(result: TransferResult) -> float:
@@ -102,56 +89,30 @@ def _mean_change(result: TransferResult) -> float:
     return float((np.abs(result.change).mean(axis=2) * share).sum()) / total if total else 0.0
 
 
-def _normalize(job: Job, held: Held, watch: Stopwatch) -> Done:
-    photo = _photo(job.target, held, watch)
-    depth = photo.pixels.dtype if photo.pixels.dtype.kind == "u" else np.dtype(np.uint8)
-    picture = replace(photo, pixels=np.zeros(photo.pixels.shape[:2], depth), alpha=None, profile=None)
-    check_destination(NamedBytes(job.output), like=picture)
-    here = _face(photo, job.target, job.target_landmarks, held, watch)
-    distance = here.interocular_distance
-    with watch("split"):
-        v = normalize(
-            photo.pixels,
-            lam_for(here, job.options),
-            neighborhood=job.options.neighborhood,
-            interocular_distance=distance,
-        )
-    with watch("write"):
-        image = _encoded(job.output, from_unit(v, depth), picture)
-    return Done([image], {"target": here}, {"eye_distance": round(distance, 3)})
+def _normalize(row: Doing) -> list[bytes]:
+    photo = row.photo(row.job.target)
+    check_destination(NamedBytes(row.job.output), like=grey_like(photo))
+    here = row.face(photo, "target")
+    with row.watch("split"):
+        picture = Splitting.of(here, row.job.options).normalized(photo)
+    return [row.encoded(row.job.output, picture)]
 
 
-def _decompose(job: Job, held: Held, watch: Stopwatch) -> Done:
-    photo = _photo(job.target, held, watch)
-    here = _face(photo, job.target, job.target_landmarks, held, watch)
-    distance = here.interocular_distance
-    with watch("split"):
-        split = decompose(
-            photo.pixels,
-            lam_for(here, job.options),
-            neighborhood=job.options.neighborhood,
-            interocular_distance=distance,
-        )
-    with watch("write"):
-        pictures = [_encoded("split.png", picture) for picture in split_pictures(split)]
-    return Done(pictures, {"target": here}, {"eye_distance": round(distance, 3)})
+def _decompose(row: Doing) -> list[bytes]:
+    photo = row.photo(row.job.target)
+    here = row.face(photo, "target")
+    with row.watch("split"):
+        pictures = Splitting.of(here, row.job.options).decomposed(photo)
+    return [row.encoded("split.png", picture) for picture in pictures]
 
 
-def _landmarks(job: Job, held: Held, watch: Stopwatch) -> Done:
-    photo = _photo(job.target, held, watch)
-    here = _face(photo, job.target, job.target_landmarks, held, watch)
-    data = landmarks_as_bytes(job.output, here, image_name=Path(job.target).name)
-    return Done([data], {"target": here}, {"eye_distance": round(here.interocular_distance, 3)})
+def _landmarks(row: Doing) -> list[bytes]:
+    here = row.face(row.photo(row.job.target), "target")
+    return [landmarks_as_bytes(row.job.output, here, image_name=Path(row.job.target).name)]
 
 
-def _encoded(name: str, pixels: Any, like: Photo | None = None) -> bytes:
-    stream = NamedBytes(name)
-    write_image(stream, pixels, like=like)
-    return stream.getvalue()
-
-
-#: What does a row, by the name of its kind; it gets what `Job.inputs` hold, by place.
-WORK: dict[str, Callable[[Job, Held, Stopwatch], Done]] = {
+#: What does a row, by the name of its kind: returns what is to be written, in the order of `Job.files`.
+WORK: dict[str, Callable[[Doing], list[bytes]]] = {
     "transfer": _transfer,
     "normalize": _normalize,
     "decompose": _decompose,

@@ -9,7 +9,8 @@ import os
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, fields
 from difflib import get_close_matches
-from hashlib import sha256
+from functools import partial
+from hashlib import file_digest
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
@@ -40,26 +41,7 @@ class Manifest:
     empty is as the command has it. Relative paths count from the manifest's own folder, and ``output`` from
     the folder of the batch.
 
-    Parameters
-    ----------
-    place : str
-        A local path or a URL, ending in ``.csv``, ``.jsonl``, ``.ndjson``, ``.parquet`` or ``.pq``.
-
-    Raises
-    ------
-    OptionError
-        If it cannot be read, is of another format, or has a column that is none of these. A row that is
-        wrong by itself has a `Row.problem`.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = Path(folder, "faces.csv")
-    ...     _ = path.write_text("target,light,strength" + chr(10) + "/a.jpg,rim,0.5")
-    ...     for row in Manifest(str(path)):
-    ...         print(row.number, row.target, row.options)
-    1 /a.jpg (('light', 'rim'), ('strength', 0.5))
+    What is wrong with the whole raises an `OptionError`; a row that is wrong by itself has a `Row.problem`.
     """
 
     place: str
@@ -74,21 +56,22 @@ class Manifest:
     def __iter__(self) -> Iterator[Row]:
         """Go through the rows."""
         read = _READERS[Path(self.place).suffix.lower()]
-        root = self.place.rpartition("/")[0] if "://" in self.place else str(Path(self.place).parent)
+        if "://" in self.place:
+            below = partial(places.join, self.place.rpartition("/")[0])
+        else:
+            root = str(Path(self.place).parent)
+            below = partial(os.path.join, "" if root == "." else root)
         with self._open() as stream, closing(read(stream, self.place)) as records:
             for number, record in enumerate(records, 1):
                 if isinstance(record, dict):
-                    yield _row(number, record, root)
+                    yield _row(number, record, below)
                 else:
                     yield Row(number, problem=record)
 
     def digest(self) -> str:
         """Return the SHA-256 of the file."""
-        found = sha256()
         with self._open() as stream:
-            while part := stream.read(1 << 20):
-                found.update(part)
-        return found.hexdigest()
+            return file_digest(stream, "sha256").hexdigest()  # type: ignore[arg-type]
 
     @contextmanager
     def _open(self) -> Iterator[IO[bytes]]:
@@ -101,15 +84,17 @@ class Manifest:
         except OptionError:
             raise
         except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-            reason = getattr(error, "strerror", None) or error
-            raise OptionError(
-                f"{self.place}: cannot be read ({reason}); give the file name of a manifest"
-            ) from None
+            told = f"cannot be read ({getattr(error, 'strerror', None) or error})"
+            raise OptionError(f"{self.place}: {told}; give the file name of a manifest") from None
 
 
-def _row(number: int, record: dict[str, Any], root: str) -> Row:
+def _row(number: int, record: dict[str, Any], below: Callable[[str], str]) -> Row:
     """Return a row, its paths from the manifest's folder and its options as what they mean."""
-    given = {name: value for name, value in record.items() if not _is_empty(value)}
+    given = {
+        name: value
+        for name, value in record.items()
+        if not (value is None or (isinstance(value, str) and not value.strip()))
+    }
     for name in _PLACES:
         if not isinstance(given.get(name, ""), str) or "\0" in given.get(name, ""):
             return Row(number, problem=f"{name}: expected a path, got {given[name]!r}")
@@ -120,21 +105,12 @@ def _row(number: int, record: dict[str, Any], root: str) -> Row:
         if not isinstance(given[name], (str, int, float)):
             return Row(number, problem=f"{name}: expected a number or a word, got {given[name]!r}")
         options.append((name, _meant(name, given[name])))
-    inputs = {name: _below(root, given[name]) for name in _PLACES[:-1] if name in given}
+    inputs = {
+        name: given[name] if "://" in given[name] else below(given[name])
+        for name in _PLACES[:-1]
+        if name in given
+    }
     return Row(number, **inputs, output=given.get("output"), options=tuple(options))
-
-
-def _below(root: str, place: str) -> str:
-    """Return a place, from the manifest's folder unless it is whole."""
-    if root in ("", ".") or "://" in place:
-        return place
-    if "://" in root:
-        return places.join(root, place)
-    return os.path.join(root, place)  # noqa: PTH118 (pathlib is too slow for millions of names)
-
-
-def _is_empty(value: Any) -> bool:
-    return value is None or (isinstance(value, str) and not value.strip())
 
 
 def _meant(name: str, value: Any) -> Any:
@@ -154,7 +130,7 @@ def _meant(name: str, value: Any) -> Any:
         return text
 
 
-def _check_columns(names: Sequence[str], where: str) -> None:
+def _check_columns(names: Sequence[str], where: str, *, of_all_rows: bool = True) -> None:
     unknown = [name for name in names if name not in _COLUMNS]
     if unknown:
         near = get_close_matches(unknown[0], _COLUMNS, 1)
@@ -163,6 +139,8 @@ def _check_columns(names: Sequence[str], where: str) -> None:
         raise OptionError(f"{where}: unknown column{several} {', '.join(map(repr, unknown))}; {told}")
     if twice := [name for name in _COLUMNS if names.count(name) > 1]:
         raise OptionError(f"{where}: has column {twice[0]!r} more than once; keep one")
+    if of_all_rows and "target" not in names:
+        raise OptionError(f"{where}: has no column 'target'; name the columns in the first row")
 
 
 def _csv_records(stream: IO[bytes], place: str) -> Generator[_Record]:
@@ -191,8 +169,6 @@ def _csv_lines(reader: Reader, place: str) -> Iterator[_Record]:
         if not names:
             names = [name.strip() for name in cells]
             _check_columns(names, place)
-            if "target" not in names:
-                raise OptionError(f"{place}: has no column 'target'; name the columns in the first row")
         elif any(cell.strip() for cell in cells[len(names) :]):
             yield f"expected {len(names)} cells, got {len(cells)}; quote cells that hold a comma"
         else:
@@ -217,7 +193,7 @@ def _json_records(stream: IO[bytes], place: str) -> Generator[_Record]:
             yield 'expected a JSON object, and "options" in it to be one; write it anew'
             continue
         nested = record.pop("options", None) or {}
-        _check_columns([*record, *nested], f"{place}: row {number}")
+        _check_columns([*record, *nested], f"{place}: row {number}", of_all_rows=False)
         if misplaced := {*nested} & {*_PLACES}:
             yield f'{misplaced.pop()}: is no option; put it beside "options"'
             continue
@@ -234,8 +210,6 @@ def _parquet_records(stream: IO[bytes], place: str) -> Generator[_Record]:
     try:
         file = ParquetFile(stream)
         _check_columns(file.schema_arrow.names, place)
-        if "target" not in file.schema_arrow.names:
-            raise OptionError(f"{place}: has no column 'target'")
         for batch in file.iter_batches(batch_size=1024):
             yield from batch.to_pylist()
     except OptionError:
@@ -246,8 +220,6 @@ def _parquet_records(stream: IO[bytes], place: str) -> Generator[_Record]:
 
 _READERS: dict[str, Callable[[IO[bytes], str], Generator[_Record]]] = {
     ".csv": _csv_records,
-    ".jsonl": _json_records,
-    ".ndjson": _json_records,
-    ".parquet": _parquet_records,
-    ".pq": _parquet_records,
+    **dict.fromkeys((".jsonl", ".ndjson"), _json_records),
+    **dict.fromkeys((".parquet", ".pq"), _parquet_records),
 }

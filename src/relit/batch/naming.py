@@ -1,19 +1,16 @@
-"""What rows are called in the folder of a batch: as their targets are, and no two alike.
-
-Rows may be many, so what must be known of all of them is kept as 8 bytes each.
-"""
+"""What rows are called in the folder of a batch: as their targets are, and no two alike."""
 
 from __future__ import annotations
 
 import os
-from array import array
+import sqlite3
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+from weakref import finalize
 
 from relit.batch.clashes import counted_from
-from relit.batch.digests import of_several, repeated, short_digest
-from relit.batch.jobs import KINDS, Job, Outcome, options_with
+from relit.batch.jobs import KINDS, Job, options_with
 from relit.errors import OptionError
 from relit.face.landmark_files import FORMATS as LANDMARK_FORMATS
 from relit.photo.codecs.formats import FORMATS
@@ -26,29 +23,18 @@ if TYPE_CHECKING:
 STATE = ".relit"
 
 _PHOTOS = {extension for known in FORMATS.values() for extension in known.extensions}
+_COUNT = "INSERT INTO {0} VALUES (?, ?, 1) ON CONFLICT DO UPDATE SET times = times + 1"
+_TABLE = "CREATE TABLE {0} (name BLOB, place BLOB, times INT, PRIMARY KEY (name, place)) WITHOUT ROWID"
 
 
 class Naming:
-    """Gives rows their names; goes through all of them once.
+    """Gives rows their names; goes through all of them once, and keeps on disk what must be known of all.
 
     A target below the folder that all targets have in common keeps its name below the folder of the batch,
     as far as what is written can have its suffix. Where it occurs more than once, the name of the reference
     follows. Where a name would then fit several targets, or several references, it is told in full.
 
-    Parameters
-    ----------
-    rows : Rows
-    kind : str
-        Of `jobs.KINDS`.
-    options : TransferOptions
-        Those of the command.
-    suffix : str or None
-        Of the files to write, instead of the targets' own.
-
-    Attributes
-    ----------
-    rows : int
-        How many there are.
+    The options are those of the command; the suffix, that of the files to write instead of the targets' own.
 
     Examples
     --------
@@ -62,39 +48,38 @@ class Naming:
 
     def __init__(self, rows: Rows, kind: str, options: TransferOptions, suffix: str | None = None) -> None:
         self.kind, self.options, self.suffix = kind, options, suffix
-        self.rows = 0
-        targets, target_names = array("Q"), array("Q")
-        references, reference_names = array("Q"), array("Q")
+        self.rows = 0  # how many there are
+        self._known = sqlite3.connect("", isolation_level=None)  # a temporary file of its own
+        finalize(self, self._known.close)
         self._root: tuple[str, ...] | None = None
         self._reference_root: tuple[str, ...] | None = None
+        for table in ("targets", "lights"):
+            self._known.execute(_TABLE.format(table))
+        self._known.execute("BEGIN")
         for row in rows:
             self.rows += 1
             if row.problem or row.output:
                 continue
-            targets.append(short_digest(row.target))
-            target_names.append(_name_digest(row.target, whole=True))
+            self._ask(_COUNT.format("targets"), _stem(row.target), row.target)
             self._root = _common(self._root, row.target)
             if row.reference:
-                references.append(short_digest(row.reference))
-                reference_names.append(_name_digest(row.reference, whole=False))
+                self._ask(_COUNT.format("lights"), _stem(row.reference)[-1:], row.reference)
                 self._reference_root = _common(self._reference_root, row.reference)
-        self._repeated = repeated(targets)
-        self._alike = of_several(target_names, targets)
-        self._references_alike = of_several(reference_names, references)
+        self._known.execute("COMMIT")
 
-    def job(self, row: Row) -> Job | Outcome:
-        """Return what is to be done for a row; or how it ended, if it cannot be done."""
+    def job(self, row: Row) -> Job | str:
+        """Return what is to be done for a row; or why it cannot be done."""
         if row.problem:
-            return Outcome(row.number, "", "failed", row.problem)
+            return row.problem
         try:
             output = _inside(row.output or self._mirrored(row))
             options = options_with(self.options, row.options)
         except OptionError as error:
-            return Outcome(row.number, "", "failed", str(error))
+            return str(error)
         reference, marks = row.reference, row.reference_landmarks
         if self.kind != "transfer":
             reference = marks = None
-        return Job(row.number, row.target, reference, output, row.target_landmarks, marks, options)
+        return Job(row.target, reference, output, row.target_landmarks, marks, options)
 
     def _mirrored(self, row: Row) -> str:
         *folders, last = _parts(row.target)[len(self._root or ()) :]
@@ -104,8 +89,10 @@ class Naming:
         suffix = KINDS[self.kind].suffix if self.suffix is None else self.suffix
         if suffix is None:
             suffix = own if own.lower() in _PHOTOS else ".png"
-        told = last if suffix != own and _name_digest(row.target, whole=True) in self._alike else stem
-        if self.kind == "transfer" and short_digest(row.target) in self._repeated:
+        alike = suffix != own and self._is_shared("targets", _stem(row.target), row.target)
+        told = last if alike else stem
+        times = "SELECT times FROM targets WHERE name = ? AND place = ?"
+        if self.kind == "transfer" and self._ask(times, _stem(row.target), row.target)[0] > 1:
             told += f"__{self._light(row)}"
         return "/".join([*filter(None, folders), told + suffix])
 
@@ -113,33 +100,33 @@ class Naming:
         if row.reference is None:
             return str(dict(row.options).get("light", self.options.light))
         parts = _parts(row.reference)
-        if _name_digest(row.reference, whole=False) in self._references_alike:
+        if self._is_shared("lights", _stem(row.reference)[-1:], row.reference):
             return "-".join(parts[len(self._reference_root or ()) :])
         return _split_suffix(parts[-1])[0]
 
+    def _ask(self, command: str, name: tuple[str, ...], place: str) -> Any:
+        return self._known.execute(command, (_blob("/".join(name)), _blob(place))).fetchone()
 
-def check_suffix(kind: str, suffix: str) -> None:
-    """Refuse a suffix of files that no row of a kind can write.
-
-    Raises
-    ------
-    OptionError
-
-    Examples
-    --------
-    >>> check_suffix("landmarks", ".pts")
-    """
-    known = {} if KINDS[kind].parts else LANDMARK_FORMATS if kind == "landmarks" else _PHOTOS
-    if suffix.lower() not in known:
-        told = f"expected one of {', '.join(sorted(known))}" if known else f"expected none with {kind}"
-        raise OptionError(f"format: {told}, got {suffix!r}")
+    def _is_shared(self, table: str, name: tuple[str, ...], place: str) -> bool:
+        """Return whether other places go by a name as well."""
+        return (
+            self._ask(f"SELECT 1 FROM {table} WHERE name = ? AND place <> ? LIMIT 1", name, place) is not None
+        )
 
 
-def _name_digest(place: str, *, whole: bool) -> int:
-    """Return the digest of a place without its suffix: of its whole path, or of its last part."""
+def suffixes_of(kind: str) -> list[str]:
+    """Return the suffixes that files of a kind can have; none where nobody may choose."""
+    return [] if KINDS[kind].parts else sorted(LANDMARK_FORMATS if kind == "landmarks" else _PHOTOS)
+
+
+def _stem(place: str) -> tuple[str, ...]:
+    """Return the folders of a place and its name without its suffix."""
     *folders, name = _parts(place)
-    stem = _split_suffix(name)[0]
-    return short_digest("/".join([*folders, stem]) if whole else stem)
+    return (*folders, _split_suffix(name)[0])
+
+
+def _blob(text: str) -> bytes:
+    return text.encode("utf-8", "surrogatepass")  # names of files need not be Unicode
 
 
 def _split_suffix(name: str) -> tuple[str, str]:

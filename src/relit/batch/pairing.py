@@ -19,19 +19,8 @@ PAIRINGS = ("all", "random", "zip")
 class Pairs:
     """Targets, each with one reference, with all, or with none.
 
-    Parameters
-    ----------
-    targets, references : sequence of str
-        No references make rows without one.
-    pairing : {"all", "random", "zip"}
-        Every target with every reference; with one that the seed and the target's name decide, whatever the
-        other targets are, and which is not the target itself; or the first with the first, and so on.
-    seed : int
-
-    Raises
-    ------
-    OptionError
-        If there are no targets, or ``zip`` gets more of one than of the other.
+    With ``all``, every target goes with every reference; with ``random``, with one that the seed and its name
+    decide, whatever the other targets are, and which is not itself; with ``zip``, the first with the first.
 
     Examples
     --------

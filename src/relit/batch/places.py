@@ -10,56 +10,77 @@ from __future__ import annotations
 import os
 import re
 import secrets
-from fnmatch import fnmatchcase
-from importlib import import_module
-from pathlib import PurePosixPath
-from typing import TYPE_CHECKING
+from contextlib import contextmanager
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from relit.batch.stores import below, is_file, is_folder, kind_of, masked, path_of, reason, store_of
+import fsspec
+from fsspec.implementations.local import LocalFileSystem
+
 from relit.errors import ImageError, OptionError, OutputError, RelitError
+from relit.photo import patterns
 from relit.photo.atomic_files import save_atomically
-from relit.photo.photo import PHOTO_SUFFIXES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 _READ_ONLY = ("http", "https")
-_WILD = re.compile(r"[*?[]")
-_TEMPORARY = (".tmp", ".part", "~")
+
+#: Where stores say which version of a file they have, the surest first: for gs, s3, http, az, sftp ...
+_VERSIONS = (
+    *("generation", "md5Hash", "ETag", "etag", "content_md5", "mtime", "modificationTime"),
+    *("LastModified", "last_modified", "Last-Modified", "modified", "created"),
+)
 
 
-def read_bytes(place: str) -> bytes:
-    """Return what is in a file.
+def masked(text: str) -> str:
+    """Return a text without the passwords, keys and signatures that URLs in it may hold."""
+    text = re.sub(r"(://)[^/\s]*@", r"\1***@", text)
+    return re.sub(r"(://[^\s?'\"]*\?)[^\s'\"]*", r"\1***", text)
 
-    Raises
-    ------
-    ImageError
-        If there is none, or it cannot be read.
-    OptionError
-        If the URL is of a kind that is not known or not installed.
+
+def path_of(place: str) -> Path | None:
+    """Return the path of a place on this machine, None for one elsewhere."""
+    if "://" in place and not place.startswith("file://"):
+        return None
+    return Path(place.removeprefix("file://"))
+
+
+def join(root: str, relative: str) -> str:
+    """Return the place that is so far below another.
 
     Examples
     --------
-    >>> read_bytes("no-such.jpg")
-    Traceback (most recent call last):
-        ...
-    relit.errors.ImageError: no-such.jpg: there is no such file; check the name
+    >>> join("s3://bucket/out", "ann/1.png"), join("out/", "1.png"), join("", "1.png")
+    ('s3://bucket/out/ann/1.png', 'out/1.png', '1.png')
     """
-    path = path_of(place)
+    return f"{root}{relative}" if not root or root.endswith("/") else f"{root}/{relative}"
+
+
+@contextmanager
+def _telling(place: str, what: str, hint: str, kind: type[RelitError]) -> Iterator[None]:
+    """Turn whatever is raised into one of ours: each store has its own."""
     try:
-        if path is not None:
-            return path.read_bytes()
-        store, key = store_of(place)
-        return bytes(store.cat_file(key))
+        yield
     except RelitError:
         raise
-    except FileNotFoundError:
-        hint = "; what is in memory is known to its own process alone" if kind_of(place) == "memory" else ""
-        raise ImageError(f"{masked(place)}: there is no such file; check the name{hint}") from None
-    except IsADirectoryError:
-        raise ImageError(f"{masked(place)}: is a folder; give the name of one file in it") from None
-    except Exception as error:  # each store has its own
-        raise ImageError(f"{masked(place)}: cannot be read ({reason(error)}); check the name") from None
+    except Exception as error:
+        reason = masked(str(getattr(error, "strerror", None) or error or type(error).__name__))
+        raise kind(f"{masked(place)}: cannot be {what} ({reason}); {hint}") from None
+
+
+def read_bytes(place: str) -> bytes:
+    """Return what is in a file, or raise an `ImageError`; an `OptionError` where nobody knows such URLs."""
+    with _telling(place, "read", "check the name", ImageError):
+        store, key = _store_of(place)
+        try:
+            return bytes(store.cat_file(key))
+        except FileNotFoundError:
+            hint = "; what is in memory is known to its own process alone" if _is_of(place, "memory") else ""
+            raise ImageError(f"{masked(place)}: there is no such file; check the name{hint}") from None
+        except IsADirectoryError:
+            raise ImageError(f"{masked(place)}: is a folder; give the name of one file in it") from None
 
 
 def write_atomically(place: str, data: bytes, *, overwrite: bool) -> None:
@@ -68,59 +89,32 @@ def write_atomically(place: str, data: bytes, *, overwrite: bool) -> None:
     On this machine by `save_atomically`. Where a store can rename a file, as ``sftp://`` and ``hdfs://`` can,
     it is written under another name first, and to replace a file means to remove the old one just before.
     Object stores such as ``s3://`` and ``gs://`` cannot, and need not: what is put there appears when it is
-    complete. Of two who write one new file at a time, the last may win in a store.
-
-    Parameters
-    ----------
-    place : str
-    data : bytes
-    overwrite : bool
-        Whether a file that exists may be replaced.
-
-    Raises
-    ------
-    OutputError
-        If the file exists and may not be replaced, or cannot be written.
-    OptionError
-        If the URL is of a kind that is not known or not installed.
-
-    Examples
-    --------
-    >>> write_atomically("https://example.org/face.png", b"", overwrite=False)
-    Traceback (most recent call last):
-        ...
-    relit.errors.OutputError: https://example.org/face.png: https can only be read from; write to a path, or \
-to a store such as s3://
+    complete. Of two who write one new file at a time, the last may win in a store. What cannot be written, or
+    exists and may not be replaced, raises an `OutputError`.
     """
-    path = path_of(place)
-    try:
+    with _telling(place, "written", "choose another place", OutputError):
+        path = path_of(place)
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)
             save_atomically(path, data, overwrite=overwrite)
+        elif _is_of(place, *_READ_ONLY):
+            kind = place.partition("://")[0]
+            raise OutputError(
+                f"{masked(place)}: {kind} can only be read from; write to a path, or to a store such as s3://"
+            )
         else:
             _put(place, data, overwrite)
-    except RelitError:
-        raise
-    except Exception as error:  # each store has its own
-        raise OutputError(
-            f"{masked(place)}: cannot be written ({reason(error)}); choose another place"
-        ) from None
 
 
 def _put(place: str, data: bytes, overwrite: bool) -> None:
-    if kind_of(place) in _READ_ONLY:
-        raise OutputError(
-            f"{masked(place)}: {kind_of(place)} can only be read from; write to a path, or to a store such "
-            "as s3://"
-        )
-    store, key = store_of(place)
+    store, key = _store_of(place)
     there = store.exists(key)
     if there and not overwrite:
         raise OutputError(
             f"{masked(place)}: exists already; use --force or overwrite=True to replace it, or choose "
             "another name"
         )
-    if type(store).mv is import_module("fsspec").AbstractFileSystem.mv:  # it copies, so it is no renaming
+    if type(store).mv is fsspec.AbstractFileSystem.mv:  # it copies, so it is no renaming
         store.pipe_file(key, data)
         return
     folder = key.rpartition("/")[0]
@@ -138,84 +132,49 @@ def _put(place: str, data: bytes, overwrite: bool) -> None:
 
 
 def exists(place: str) -> bool:
-    """Return whether there is a file or folder.
+    """Return whether there is a file or folder, or raise an `ImageError` where that cannot be found out."""
+    with _telling(place, "reached", "check the name", ImageError):
+        path = path_of(place)
+        if path is not None:
+            return path.exists()
+        store, key = _store_of(place)
+        return bool(store.exists(key))
 
-    Raises
-    ------
-    ImageError
-        If that cannot be found out.
-    OptionError
-        If the URL is of a kind that is not known or not installed.
 
-    Examples
-    --------
-    >>> exists("no-such.jpg"), exists(".")
-    (False, True)
+def version_of(place: str) -> str | None:
+    """Return what changes whenever a file does; None where that cannot be told.
+
+    For a path, that is its size and the time of its last change in ns; for a URL, its size and a digest of
+    what its store says: a generation, an ETag or a time.
     """
     path = path_of(place)
     try:
         if path is not None:
-            return path.exists()
-        store, key = store_of(place)
-        return bool(store.exists(key))
-    except RelitError:
-        raise
-    except Exception as error:
-        raise ImageError(f"{masked(place)}: cannot be reached ({reason(error)}); check the name") from None
-
-
-def join(root: str, relative: str) -> str:
-    """Return the place that is so far below another.
-
-    Examples
-    --------
-    >>> join("s3://bucket/out", "ann/1.png"), join("out/", "1.png"), join("", "1.png")
-    ('s3://bucket/out/ann/1.png', 'out/1.png', '1.png')
-    """
-    return f"{root}{relative}" if not root or root.endswith("/") else f"{root}/{relative}"
+            found = path.stat()
+            return f"{found.st_size} {found.st_mtime_ns}"
+        store, key = _store_of(place)
+        info = store.info(key)
+        told = next((name, info[name]) for name in _VERSIONS if info.get(name))
+        return f"{info['size']} {sha256(repr(told).encode()).hexdigest()[:16]}"
+    except Exception:  # each store has its own; whoever reads the file is told what is wrong
+        return None
 
 
 def expand(pattern: str) -> list[str]:
-    """Return the files that a pattern means, sorted.
+    """Return the files that a pattern means, as `patterns.expand` has it; there is at least one.
 
-    ``*``, ``?`` and ``[...]`` stand for parts of one name, ``**`` for any folders between. A folder means all
-    photos below it, told by their suffixes; the name of a file, that file. Hidden and temporary files are
-    left out, and links to folders not followed. The results begin as the pattern does.
-
-    Parameters
-    ----------
-    pattern : str
-        Path or URL. An ``http`` address is never a pattern, since ``?`` means something else there.
-
-    Returns
-    -------
-    list of str
-
-    Raises
-    ------
-    OptionError
-        If it means no file, or the folder cannot be listed.
-
-    Examples
-    --------
-    >>> from relit.photo.samples import sample
-    >>> folder = str(sample("target").parent)
-    >>> [PurePosixPath(place).name for place in expand(folder + "/t*.*")]
-    ['target.png']
+    Where it means none, or a folder cannot be listed, an `OptionError` is raised. An ``http`` address is no
+    pattern, since ``?`` means something else there.
     """
-    if kind_of(pattern) in _READ_ONLY:
+    if _is_of(pattern, *_READ_ONLY):
         return [pattern]
-    try:
-        found = sorted(_expand(pattern.replace(os.sep, "/")))
-    except RelitError:
-        raise
-    except (FileNotFoundError, NotADirectoryError):
-        found = []
-    except Exception as error:
-        where = getattr(error, "filename", None) or pattern  # of a local folder below
-        raise OptionError(
-            f"{masked(str(where))}: cannot be listed ({reason(error)}); check the name and its permissions"
-        ) from None
+    with _telling(pattern, "listed", "check the name and its permissions", OptionError):
+        found = patterns.expand(
+            pattern.replace(os.sep, "/"),
+            is_file=lambda place: _ask(place, "isfile"),
+            is_folder=lambda place: _ask(place, "isdir"),
+            below=_below,
+        )
     if not found:
         raise OptionError(
             f"{masked(pattern)}: means no file; expected the name of one, a folder with photos, or a pattern "
@@ -224,25 +183,40 @@ def expand(pattern: str) -> list[str]:
     return found
 
 
-def _expand(pattern: str) -> Iterator[str]:
-    if is_file(pattern):
-        yield pattern
+def _ask(place: str, what: str) -> bool:
+    store, key = _store_of(place)
+    return bool(getattr(store, what)(key))
+
+
+def _below(root: str, deepest: int | None) -> Iterator[str]:
+    path = path_of(root)
+    if path is not None:
+        try:  # fsspec would follow links, and leave out errors
+            yield from patterns.files_below(str(path), deepest)
+        except PermissionError as error:
+            with _telling(error.filename, "listed", "check its permissions", OptionError):
+                raise
         return
-    root, wild = pattern, []
-    if (first := _WILD.search(pattern)) and not is_folder(pattern):
-        cut = pattern.rfind("/", 0, first.start()) + 1
-        root, wild = pattern[:cut], pattern[cut:].split("/")
-    for relative in below(root, None if "**" in wild or not wild else len(wild)):
-        parts = relative.split("/")
-        if any(part.startswith(".") for part in parts) or parts[-1].endswith(_TEMPORARY):
-            continue
-        if _fits(parts, wild) if wild else PurePosixPath(relative).suffix.lower() in PHOTO_SUFFIXES:
-            yield join(root, relative)
+    store, key = _store_of(root)
+    for name in store.find(key, maxdepth=deepest):
+        if relative := name.removeprefix(key).lstrip("/"):  # a file is found below itself
+            yield relative
 
 
-def _fits(parts: list[str], wild: list[str]) -> bool:
-    if not wild:
-        return not parts
-    if wild[0] == "**":
-        return _fits(parts, wild[1:]) or (bool(parts) and _fits(parts[1:], wild))
-    return bool(parts) and fnmatchcase(parts[0], wild[0]) and _fits(parts[1:], wild[1:])
+def _store_of(place: str) -> tuple[Any, str]:
+    """Return the file system that a place is of, and the name of the file in it."""
+    path = path_of(place)
+    if path is not None:
+        return LocalFileSystem(), str(path.absolute())
+    try:
+        store, key = fsspec.core.url_to_fs(place)
+    except (ImportError, ValueError) as error:
+        told = f"{masked(place)}: {masked(str(error))}; install what it needs, or check what is before ://"
+        raise OptionError(told) from None
+    store.invalidate_cache()  # other processes write there too
+    return store, key
+
+
+def _is_of(place: str, *kinds: str) -> bool:
+    """Return whether one of the kinds is before ``://``."""
+    return place.lower().startswith(tuple(f"{kind}://" for kind in kinds))

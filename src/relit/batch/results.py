@@ -11,37 +11,28 @@ from typing import TYPE_CHECKING, Any
 
 from relit._version import VERSION
 from relit.batch import places
+from relit.batch.cache import versions
 from relit.batch.jobs import Outcome
-from relit.batch.libraries import versions
 from relit.errors import OptionError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
+    from relit.batch.jobs import Job, Row
     from relit.batch.journal import Journal
-    from relit.batch.run import Batch
 
-_STAGES = ("read", "find the face", "relight", "split", "write")
-_ROLES = ("target", "reference")
-_METRICS = ("eye_distance", "folded", "change")
 _TEXTS = ("status", "reason", "target", "reference", "output", "sha256")
 _NUMBERS = (
     "seconds",
-    *(f"seconds_{stage.replace(' ', '_')}" for stage in _STAGES),
-    *(f"{role}_confidence" for role in _ROLES),
-    *_METRICS,
+    *(f"seconds_{stage}" for stage in ("read", "find_the_face", "relight", "split", "write")),
+    *("target_confidence", "reference_confidence"),
+    *("eye_distance", "folded", "change"),
 )
 _ROWS_AT_ONCE = 10_000
 
 
 def check_table(place: str) -> None:
-    """Refuse a table of unknown format.
-
-    Raises
-    ------
-    OptionError
-        If it is neither CSV nor Parquet, or Parquet cannot be written here.
-    """
+    """Refuse, by an `OptionError`, a table that is neither CSV nor Parquet, or cannot be written here."""
     suffix = Path(place).suffix.lower()
     if suffix not in (".csv", ".parquet"):
         raise OptionError(f"{place}: expected a table that ends in .csv or .parquet; choose another name")
@@ -49,35 +40,28 @@ def check_table(place: str) -> None:
         _pyarrow(place)
 
 
-def write_table(place: str, batch: Batch, journal: Journal) -> None:
-    """Write how each row of a batch ended, in their order; the journal must be refreshed.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written.
-    """
+def write_table(place: str, rows: Iterable[tuple[Row, Job | str]], journal: Journal) -> None:
+    """Write how each row of a batch ended, in their order."""
     make = _csv if Path(place).suffix.lower() == ".csv" else _parquet
-    places.write_atomically(place, make(place, _records(batch, journal)), overwrite=True)
+    records = (_record(row, job, journal) for row, job in rows)
+    places.write_atomically(place, make(place, records), overwrite=True)
 
 
-def _records(batch: Batch, journal: Journal) -> Iterator[dict[str, Any]]:
-    for row, job in batch.rows():
-        key = job.key if isinstance(job, Outcome) else job.output
-        outcome = journal.find(key) or Outcome(row.number, "", "missing")
-        yield {
-            "row": row.number,
-            "status": outcome.status,
-            "reason": outcome.reason,
-            "target": row.target,
-            "reference": row.reference or "",
-            "output": outcome.output,
-            "sha256": " ".join(file.digest for file in outcome.files) if outcome.status == "ok" else "",
-            "seconds": round(sum(outcome.seconds.values()), 4) if outcome.seconds else None,
-            **{f"seconds_{stage.replace(' ', '_')}": outcome.seconds.get(stage) for stage in _STAGES},
-            **{f"{role}_confidence": outcome.confidence.get(role) for role in _ROLES},
-            **{name: outcome.metrics.get(name) for name in _METRICS},
-        }
+def _record(row: Row, job: Job | str, journal: Journal) -> dict[str, Any]:
+    known = Outcome("", job) if isinstance(job, str) else journal.find(job.output)
+    outcome = known or Outcome("")
+    seconds = [taken for name, taken in outcome.measured.items() if name.startswith("seconds_")]
+    return {
+        "row": row.number,
+        "status": "missing" if known is None else "failed" if outcome.reason else "ok",
+        "reason": outcome.reason,
+        "target": row.target,
+        "reference": row.reference or "",
+        "output": outcome.output,
+        "sha256": "" if outcome.reason else " ".join(file.digest for file in outcome.files),
+        **{name: outcome.measured.get(name) for name in _NUMBERS},
+        "seconds": round(sum(seconds), 4) if seconds else None,
+    }
 
 
 def _csv(_place: str, records: Iterator[dict[str, Any]]) -> bytes:
@@ -85,9 +69,17 @@ def _csv(_place: str, records: Iterator[dict[str, Any]]) -> bytes:
     text = io.TextIOWrapper(whole, "utf-8", errors="surrogateescape", newline="")
     writer = csv.DictWriter(text, ["row", *_TEXTS, *_NUMBERS], lineterminator="\n")
     writer.writeheader()
-    writer.writerows(records)
+    writer.writerows(record | {name: harmless(record[name]) for name in _TEXTS} for record in records)
     text.flush()
     return whole.getvalue()
+
+
+def harmless(text: str) -> str:
+    """Return a text that no spreadsheet takes for a formula: with an apostrophe before what could be one.
+
+    To come back to the text, take away one apostrophe where it begins with one.
+    """
+    return f"'{text}" if text.startswith(("=", "+", "-", "@", "\t", "\r", "'")) else text
 
 
 def _parquet(place: str, records: Iterator[dict[str, Any]]) -> bytes:
@@ -118,13 +110,7 @@ def _pyarrow(place: str) -> tuple[Any, Any]:
 
 
 def write_record(place: str, facts: dict[str, Any]) -> None:
-    """Write what a run was: the facts, and the versions of all that decides its results.
-
-    Raises
-    ------
-    OutputError
-        If it cannot be written.
-    """
+    """Write what a run was: the facts, and the versions of all that decides its results."""
     record = {"relit": VERSION, "python": platform.python_version(), "platform": platform.platform()}
     data = json.dumps(record | {"libraries": versions()} | facts, indent=1)
     places.write_atomically(place, f"{data}\n".encode(), overwrite=True)

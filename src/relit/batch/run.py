@@ -1,50 +1,43 @@
-"""The run of a batch: rows through workers, each outcome written down before the next is looked at."""
+"""The run of a batch: rows through workers, each outcome on disk before the next is looked at."""
 
 from __future__ import annotations
 
-from collections import deque
-from concurrent.futures import FIRST_COMPLETED, wait
-from dataclasses import dataclass
+import os
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from relit._version import VERSION
+from relit.batch import places
 from relit.batch.clashes import check_names
-from relit.batch.jobs import KINDS, Job, Outcome
-from relit.batch.naming import Naming
-from relit.batch.stores import path_of
-from relit.batch.sweep import Sweep
+from relit.batch.jobs import KINDS, Outcome
+from relit.batch.journal import Journal
+from relit.batch.naming import STATE, Naming
+from relit.batch.results import check_table, write_record, write_table
 from relit.batch.work import do, is_settled
-from relit.errors import ClusterLostError, OptionError, WorkerLostError
+from relit.errors import OptionError, OutputError, WorkerLostError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
-    from concurrent.futures import Future
+    from collections.abc import Callable, Iterator
+    from contextlib import AbstractContextManager
 
-    from relit.batch.engines import Engine
-    from relit.batch.jobs import Plan, Row, Rows
-    from relit.batch.journal import Journal
+    from relit.batch.jobs import Job, Plan, Row, Rows
+    from relit.runtime.engine import Engine
     from relit.settings.options import TransferOptions
 
-    Item = tuple[Job, Outcome | None]
+    Tell = Callable[["Counts"], None]
 
-_AT_ONCE = 1000  # rows that cannot be done, written down together
-_TICK = 1.0  # s between looks at the progress, at most
+_DIED = (
+    "the worker died (out of memory, or a crash); give it more memory with fewer workers, or make the photos "
+    "smaller"
+)
 
 
 @dataclass
 class Counts:
-    """How far a run is.
-
-    Attributes
-    ----------
-    total : int
-        Rows in all.
-    kept : int
-        Done by an earlier run, and still as they were.
-    ok, failed : int
-        That this run did, and that it could not do.
-    """
+    """How far a run is: rows in all; done before and as they were; done by it; that it could not do."""
 
     total: int
     kept: int = 0
@@ -57,26 +50,33 @@ class Counts:
         return self.kept + self.ok + self.failed
 
 
+class Places(NamedTuple):
+    """Where a batch keeps what is no result: its journal, which is local; a table of all rows; its record."""
+
+    journal: Path
+    results: str
+    record: str
+
+    @classmethod
+    def of(cls, folder: str, journal: str | None = None, results: str | None = None) -> Places:
+        """Return the places that go with a folder for results, or raise an `OptionError`."""
+        if journal is None and "://" in folder:
+            raise OptionError(
+                "--journal: expected a local file where the results are not; a run goes on from it, so give "
+                "the same one again"
+            )
+        table = results or places.join(folder, "results.csv")
+        check_table(table)
+        own = Path(journal) if journal else Path(folder, STATE, "journal.sqlite")
+        return cls(own, table, places.join(folder, "run.json"))
+
+
 class Batch:
     """Rows with their names, checked: nothing has been written yet.
 
-    Parameters
-    ----------
-    rows : Rows
-    plan : Plan
-    options : TransferOptions
-        Of all rows that say nothing else.
-    suffix : str, optional
-        Of the files to write, instead of the targets' own.
-    limit : int, optional
-        Only so many rows, the first ones.
-    reserved : iterable of str
-        Places that no row may write.
-
-    Raises
-    ------
-    OptionError
-        If rows cannot be read, or their names clash.
+    The options count for rows that have none of their own; a suffix, for files that are written, instead of
+    the targets' own; a limit, to do only so many rows, the first ones. Where rows cannot be read, or their
+    names clash, an `OptionError` is raised.
     """
 
     def __init__(
@@ -84,170 +84,151 @@ class Batch:
         rows: Rows,
         plan: Plan,
         options: TransferOptions,
+        where: Places,
         *,
         suffix: str | None = None,
         limit: int | None = None,
-        reserved: Iterable[str] = (),
     ) -> None:
-        self.plan, self.options, self._rows, self._limit = plan, options, rows, limit
+        self.plan, self.where, self._rows, self._limit = plan, where, rows, limit
         self._naming = Naming(rows, plan.kind, options, suffix)
-        check_names(lambda: map(self._naming.job, rows), plan.kind, plan.folder, reserved)
+        every = ((row, self._naming.job(row)) for row in rows)
+        check_names(every, plan.kind, plan.folder, map(str, where))
         self.total = min(self._naming.rows, limit or self._naming.rows)
+        used = {name: getattr(options, name) for name in KINDS[plan.kind].options}
+        #: What must be the same for a run to go on with what another has begun.
+        self.settings = {"relit": VERSION, "kind": plan.kind, "options": used}
 
-    @property
-    def settings(self) -> dict[str, Any]:
-        """What must be the same for a run to go on with what another has begun."""
-        options = {name: getattr(self.options, name) for name in KINDS[self.plan.kind].options}
-        return {"relit": VERSION, "kind": self.plan.kind, "options": options}
-
-    def rows(self) -> Iterator[tuple[Row, Job | Outcome]]:
+    def rows(self) -> Iterator[tuple[Row, Job | str]]:
         """Go through the rows, each with what is to be done for it, or why that cannot be."""
         for row in islice(self._rows, self._limit):
             yield row, self._naming.job(row)
 
-    def check_journal(self, journal: Journal) -> None:
-        """Refuse to go on with what was begun in another way.
-
-        Raises
-        ------
-        OptionError
-            If its results are of another kind; or of other settings, and are not to be replaced.
-        """
-        before, now = journal.header, self.settings
-        if before is None:
-            return
-        if before["kind"] != now["kind"]:
-            raise OptionError(
-                f"{self.plan.folder}: holds results of {before['kind']}; choose another folder for those of "
-                f"{now['kind']}"
-            )
-        changes = {"relit": (before["relit"], now["relit"])} | {
-            name: (before["options"].get(name), value) for name, value in now["options"].items()
-        }
-        told = [f"{name} {old} is now {new}" for name, (old, new) in changes.items() if old != new]
-        if told and not self.plan.force:
-            raise OptionError(
-                f"{self.plan.folder}: holds results of other settings ({', '.join(told)}); choose another "
-                "folder, or --force to make them anew"
-            )
-
     def to_do(
         self, journal: Journal, counts: Counts, *, leave_stores: bool = False
-    ) -> Iterator[Item | Outcome]:
+    ) -> Iterator[tuple[Row, Job | str, Outcome | None]]:
         """Go through the rows that are not done yet, each with how it ended before; count the others.
 
-        Parameters
-        ----------
-        journal : Journal
-        counts : Counts
-        leave_stores : bool, optional
-            Leave it to the workers to ask stores, of many rows at a time, whether something changed there.
+        With `leave_stores`, it is left to the workers to ask stores, of many rows at a time, whether
+        something changed there.
         """
-        for _, job in self.rows():
-            if isinstance(job, Outcome):
-                yield job
-                continue
-            recorded = journal.find(job.output)
-            asks = not leave_stores or all(map(path_of, (self.plan.folder, *job.inputs)))
-            if recorded and asks and is_settled(job, self.plan, recorded):
-                counts.kept += 1
-            else:
-                yield job, recorded
+        for row, job in self.rows():
+            recorded = None
+            if not isinstance(job, str) and (recorded := journal.find(job.output)):
+                asks = not leave_stores or all(map(places.path_of, (self.plan.folder, *job.inputs)))
+                if asks and is_settled(job, self.plan, recorded):
+                    counts.kept += 1
+                    continue
+            yield row, job, recorded
+
+    def check_journal(self, journal: Journal) -> None:
+        """Refuse, by an `OptionError`, to go on with what was begun in another way."""
+        folder, force = self.plan.folder, self.plan.force
+        old = journal.path.with_name("journal.jsonl")
+        if not journal.path.exists() and old.exists() and not force:
+            raise OptionError(
+                f"{old}: is the journal of an earlier relit, which this one does not go on from; choose "
+                "another folder, or --force to make all anew"
+            )
+        if journal.settings is None:
+            return
+        before, now = _flat(journal.settings), _flat(self.settings)
+        if before.get("kind") != now["kind"]:
+            raise OptionError(
+                f"{folder}: holds results of {before.get('kind')}; choose another folder for those of "
+                f"{now['kind']}"
+            )
+        told = [
+            f"{name} {before.get(name)} is now {new}" for name, new in now.items() if before.get(name) != new
+        ]
+        if told and not force:
+            raise OptionError(
+                f"{folder}: holds results of other settings ({', '.join(told)}); choose another folder, or "
+                "--force to make them anew"
+            )
 
 
-def run(
-    batch: Batch,
-    journal: Journal,
-    engine: Engine,
-    *,
-    window: int,
-    tell: Callable[[Counts], None] = lambda _: None,
-) -> Counts:
-    """Do all rows that are not done yet.
+def _flat(settings: dict[str, Any]) -> dict[str, Any]:
+    options = settings.get("options")
+    return settings | (options if isinstance(options, dict) else {}) | {"options": None}
 
-    When a worker dies, the rows that were under way are tried again one at a time; one that is lost alone
-    has failed.
 
-    Parameters
-    ----------
-    batch : Batch
-    journal : Journal
-        Open for writing.
-    engine : Engine
-    window : int
-        How many rows are under way at once.
-    tell : callable, optional
-        Gets the counts whenever they change, and every second.
+def run(batch: Batch, journal: Journal, lent: Engine[Any], tell: Tell = lambda _: None) -> Counts:
+    """Do all rows that are not done yet; `tell` gets the counts whenever they change, and every second.
 
-    Raises
-    ------
-    OptionError
-        If the journal was begun in another way.
-    ClusterLostError
-        If all workers are gone for good; the same run goes on once they are there again.
+    Where all workers are gone for good, a `ClusterLostError` is raised: the same run goes on once they are
+    there again.
     """
     batch.check_journal(journal)
-    sweep = Sweep(batch.plan.folder, after_another=journal.header is not None)
-    sweep.enter(["results.csv"])
     journal.begin(batch.settings)
-    counts = Counts(batch.total)
-    to_do = batch.to_do(journal, counts, leave_stores=True)
-    under_way: dict[Future[Outcome], Item] = {}
-    lost: deque[Item] = deque()
-    ended: list[Outcome] = []
-    alone = False
-    gone: ClusterLostError | None = None
+    counts, plan = Counts(batch.total), batch.plan
+    folders = {plan.folder}
 
-    def submit(job: Job, recorded: Outcome | None) -> None:
-        sweep.enter(job.files(batch.plan.kind))
-        under_way[engine.submit(do, job, batch.plan, recorded)] = job, recorded
+    def items() -> Iterator[tuple[Job, Plan, Outcome | None]]:
+        for _, job, recorded in batch.to_do(journal, counts, leave_stores=True):
+            if isinstance(job, str):
+                counts.failed += 1
+                continue
+            folders.update(places.join(plan.folder, file).rpartition("/")[0] for file in job.files(plan.kind))
+            yield job, plan, recorded
 
-    while True:
-        if not under_way:
-            alone = bool(lost)
-        if alone and not under_way:
-            submit(*lost.popleft())
-        while not (alone or lost) and len(under_way) < window and len(ended) < _AT_ONCE:
-            item = next(to_do, None)
-            if item is None:
-                break
-            if isinstance(item, Outcome):
-                ended.append(item)
+    for ended in lent.run(do, items()):
+        fresh = []
+        for (job, _, recorded), outcome in ended:
+            if isinstance(outcome, WorkerLostError):
+                outcome = Outcome(job.output, _DIED, files=recorded.files if recorded else ())
+            if outcome == recorded and not outcome.reason:
+                counts.kept += 1
             else:
-                submit(*item)
-        if not (under_way or ended):
-            sweep.leave()
-            return counts
-        finished = wait(under_way, _TICK, FIRST_COMPLETED).done if under_way else ()
-        for future in finished:
-            item = under_way.pop(future)
-            try:
-                outcome = future.result()
-                if outcome == item[1] and outcome.status == "ok":
-                    counts.kept += 1
-                else:
-                    ended.append(outcome)
-            except ClusterLostError as error:
-                gone = error
-            except WorkerLostError:
-                if alone:
-                    ended.append(_died(*item))
-                else:
-                    lost.append(item)
-        if ended:
-            journal.add(ended)
-            failed = sum(outcome.status == "failed" for outcome in ended)
-            counts.failed += failed
-            counts.ok += len(ended) - failed
-            ended.clear()
-        if gone:
-            raise gone
+                fresh.append(outcome)
+        if fresh:
+            journal.add(fresh)
+        failed = sum(bool(outcome.reason) for outcome in fresh)
+        counts.failed += failed
+        counts.ok += len(fresh) - failed
         tell(counts)
+    # What killed workers left unfinished; nobody else is at work there.
+    for path in filter(None, map(places.path_of, folders)):
+        for left in path.glob(".relit-*.tmp"):
+            left.unlink(missing_ok=True)
+    return counts
 
 
-def _died(job: Job, recorded: Outcome | None) -> Outcome:
-    reason = (
-        "the worker died (out of memory, or a crash); give it more memory with fewer workers, or make the "
-        "photos smaller"
-    )
-    return Outcome(job.number, job.output, "failed", reason, files=recorded.files if recorded else ())
+def carry_out(
+    batch: Batch,
+    workers: AbstractContextManager[Engine[Any]],
+    facts: dict[str, Any],
+    tell: Tell = lambda _: None,
+) -> Counts:
+    """Do what is left to do of a batch in an engine that is not open yet, and write its table and its record.
+
+    Of `facts`, the record tells; `tell` is as for `run`. An `OptionError` is raised where results of other
+    settings are there, an `OutputError` where another run is at work, or a file of another is in the way.
+    """
+    started, where = datetime.now(UTC), batch.where
+    batch.check_journal(Journal(where.journal))  # before there is one
+    with Journal(where.journal).writing() as journal:
+        batch.check_journal(journal)
+        for place in (where.results, where.record):
+            name = _from(batch.plan.folder, place)
+            if not (journal.owns(name) or batch.plan.force) and places.exists(place):
+                raise OutputError(
+                    f"{place}: exists already, and no batch wrote it; choose another folder, or use --force"
+                )
+            journal.take(name)
+        with workers as lent:
+            counts = run(batch, journal, lent, tell)
+        write_table(where.results, batch.rows(), journal)
+    ended = datetime.now(UTC)
+    times = {
+        "started": started.isoformat(timespec="seconds"),
+        "ended": ended.isoformat(timespec="seconds"),
+        "seconds": round((ended - started).total_seconds(), 3),
+    }
+    write_record(where.record, batch.settings | facts | asdict(counts) | times)
+    return counts
+
+
+def _from(folder: str, place: str) -> str:
+    """Return a place as it is told from a folder, so that both can be moved together."""
+    path, start = places.path_of(place), places.path_of(folder)
+    return place if path is None or start is None else os.path.relpath(path, start)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from relit.batch.jobs import Rows
-    from relit.batch.session import Foreseen
+    from relit.batch.run import Batch
 
 _KINDS = ("transfer", "normalize", "decompose", "landmarks")
 _SHOWN = 10  # rows that a dry run lists
@@ -81,7 +81,7 @@ _SHOWN = 10  # rows that a dry run lists
 @click.option(
     "--journal",
     metavar="FILE",
-    help="Local file that a run goes on from. [default: DIR/.relit/journal.jsonl; needed with a URL as DIR]",
+    help="Local file that a run goes on from. [default: DIR/.relit/journal.sqlite; needed with a URL as DIR]",
 )
 @click.option(
     "--cache-size",
@@ -127,8 +127,8 @@ def batch(
     settings = settings_of(given)
 
     from relit.batch.jobs import KINDS, Plan
-    from relit.batch.run import Batch
-    from relit.batch.session import Places, Workers, carry_out, look_ahead
+    from relit.batch.run import Batch, Places, carry_out
+    from relit.runtime.engines import engine as engine_of
     from relit.runtime.threads import available
 
     _check_options(kind, KINDS[kind].options, references, pairing)
@@ -139,17 +139,20 @@ def batch(
         rows,
         Plan(kind, output, force, cache, cache_size * 1_000_000),
         settings,
+        where,
         suffix=_suffix(kind, suffix),
         limit=limit,
-        reserved=where,
     )
     if dry_run:
-        _tell_foreseen(look_ahead(todo, where, _SHOWN), kind, as_json)
+        _foresee(todo, as_json)
         return
+    workers = workers or available()
     facts = source | {"output": output, "format": suffix, "limit": limit, "cache_size": cache_size}
+    facts |= {"engine": engine, "workers": workers, "address": address}
+    lent = engine_of(engine, workers, address=address)  # type: ignore[arg-type]
     with _stopped_like_control_c(), rows_done(todo.total) as tell:
         try:
-            counts = carry_out(todo, where, Workers(engine, workers or available(), address), facts, tell)  # type: ignore[arg-type]
+            counts = carry_out(todo, lent, facts, tell)
         except KeyboardInterrupt:
             click.echo("relit: the same command goes on from here", err=True)
             raise
@@ -229,18 +232,32 @@ def _suffix(kind: str, given: str | None) -> str | None:
     """Return the suffix of the files to write, if one is chosen."""
     if given is None:
         return None
-    from relit.batch.naming import check_suffix
+    from relit.batch.naming import suffixes_of
 
-    suffix = f".{given.removeprefix('.')}"
-    try:
-        check_suffix(kind, suffix)
-    except OptionError as error:
-        raise OptionError(f"--{error}") from None
+    suffix, known = f".{given.removeprefix('.')}", suffixes_of(kind)
+    if suffix.lower() not in known:
+        told = f"expected one of {', '.join(known)}" if known else f"expected none with {kind}"
+        raise OptionError(f"--format: {told}, got {suffix!r}")
     return suffix
 
 
-def _tell_foreseen(foreseen: Foreseen, kind: str, as_json: bool) -> None:
-    counts = foreseen.counts
+def _foresee(batch: Batch, as_json: bool) -> None:
+    """Tell what a run would do; nothing is written."""
+    from relit.batch.journal import Journal
+    from relit.batch.run import Counts
+
+    counts = Counts(batch.total)
+    first: list[tuple[str, str | None, str]] = []
+    problems: list[tuple[int, str]] = []
+    with Journal(batch.where.journal).reading() as journal:
+        batch.check_journal(journal)
+        for row, job, _ in batch.to_do(journal, counts):
+            if isinstance(job, str):
+                counts.failed += 1
+                problems += [(row.number, job)] if len(problems) < _SHOWN else []
+            else:
+                counts.ok += 1
+                first += [(job.target, job.reference, job.output)] if len(first) < _SHOWN else []
     if as_json:
         report(
             True,
@@ -248,17 +265,17 @@ def _tell_foreseen(foreseen: Foreseen, kind: str, as_json: bool) -> None:
             kept=counts.kept,
             to_do=counts.ok,
             failing=counts.failed,
-            first=[[job.target, job.reference, job.output] for job in foreseen.jobs],
-            problems=[[outcome.number, outcome.reason] for outcome in foreseen.failing],
+            first=first,
+            problems=problems,
         )
         return
-    for job in foreseen.jobs:
-        given = " + ".join(filter(None, (job.target, job.reference)))
-        click.echo(f"{kind} {printable(given)} -> {printable(job.output)}")
-    if counts.ok > len(foreseen.jobs):
-        click.echo(f"... and {counts.ok - len(foreseen.jobs)} more")
-    for outcome in foreseen.failing:
-        click.echo(f"row {outcome.number} would fail: {printable(outcome.reason)}")
+    for target, reference, output in first:
+        given = " + ".join(filter(None, (target, reference)))
+        click.echo(f"{batch.plan.kind} {printable(given)} -> {printable(output)}")
+    if counts.ok > len(first):
+        click.echo(f"... and {counts.ok - len(first)} more")
+    for number, reason in problems:
+        click.echo(f"row {number} would fail: {printable(reason)}")
     click.echo(f"{counts.total} rows: {counts.ok} to do, {counts.kept} done, {counts.failed} that would fail")
 
 

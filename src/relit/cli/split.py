@@ -21,6 +21,7 @@ from relit.cli.terminal import PictureFolder, Source, progress, read_photo, repo
 if TYPE_CHECKING:
     from relit.photo.photo import Photo
     from relit.settings.options import TransferOptions
+    from relit.splitting import Splitting
 
 
 def _split_options(command: Command) -> Command:
@@ -43,17 +44,16 @@ def _split_options(command: Command) -> Command:
     return command
 
 
-def _scale_of(
+def _splitting(
     photo: Photo, source: Source, eye_distance: float | None, settings: TransferOptions
-) -> tuple[float, float]:
-    """Return the distance of the eyes in px, and lambda for eyes 100 px apart."""
-    from relit.ltv.g_value import lam_for
+) -> Splitting:
+    """Return how the photo is split: by its face, or by the distance of the eyes alone."""
+    from relit.splitting import Splitting
 
     if eye_distance is not None:
-        return eye_distance, float(settings.lam)
+        return Splitting(eye_distance, float(settings.lam), settings.neighborhood)
     with progress("Finding the face"):
-        found = source.face_in(photo)
-    return found.interocular_distance, lam_for(found, settings)
+        return Splitting.of(source.face_in(photo), settings)
 
 
 def _check(eye_distance: float | None, source: Source, settings: TransferOptions) -> None:
@@ -86,17 +86,13 @@ def decompose(
     settings, source = settings_of(given), Source("image", image, landmarks, face)
     _check(eye_distance, source, settings)
 
-    from relit.figures import split_pictures
-    from relit.ltv.decomposition import decompose as run
-
     folder = PictureFolder(output, ("u.png", "v.png"), force)
     photo = read_photo(image)
-    distance, lam = _scale_of(photo, source, eye_distance, settings)
+    splitting = _splitting(photo, source, eye_distance, settings)
     with solving("Splitting"):
-        split = run(photo.pixels, lam, neighborhood=settings.neighborhood, interocular_distance=distance)
-    u, v = split_pictures(split)
+        u, v = splitting.decomposed(photo)
     saved = folder.save({"u.png": u, "v.png": v})
-    report(as_json, output=saved, lambda_px=split.lam, eye_distance=distance)
+    report(as_json, output=saved, lambda_px=splitting.lam_px, eye_distance=splitting.interocular_distance)
 
 
 @click.command()
@@ -122,22 +118,18 @@ def normalize(
     if output == "-" and as_json:
         raise click.UsageError("stdout cannot take both the photo and --json; write the photo to a file.")
 
-    from dataclasses import replace
-
-    import numpy as np
-
-    from relit.ltv.decomposition import normalize as run
     from relit.photo.photo import check_destination, write_image
-    from relit.photo.pixels import from_unit
+    from relit.splitting import grey_like
 
     photo = read_photo(image)
-    grey = np.zeros(
-        photo.pixels.shape[:2], photo.pixels.dtype if photo.pixels.dtype.kind == "u" else np.uint8
-    )
-    picture = replace(photo, pixels=grey, alpha=None, profile=None)
-    check_destination(output, like=picture, overwrite=force)
-    distance, lam = _scale_of(photo, source, eye_distance, settings)
+    check_destination(output, like=grey_like(photo), overwrite=force)
+    splitting = _splitting(photo, source, eye_distance, settings)
     with solving("Normalizing"):
-        v = run(photo.pixels, lam, neighborhood=settings.neighborhood, interocular_distance=distance)
-    write_image(output, from_unit(v, grey.dtype), like=picture, overwrite=force)
-    report(as_json, output=output, lambda_px=lam * 100 / distance, eye_distance=distance)
+        picture = splitting.normalized(photo)
+    write_image(output, picture, overwrite=force)
+    report(
+        as_json,
+        output=output,
+        lambda_px=splitting.lam_px,
+        eye_distance=splitting.interocular_distance,
+    )

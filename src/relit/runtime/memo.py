@@ -8,7 +8,6 @@ and no step has to know.
 from __future__ import annotations
 
 import inspect
-import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -18,6 +17,8 @@ from functools import wraps
 from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
+
+from relit.runtime.lru import LRU
 
 _EACH = 8  # results of a step: both photos at two sizes, now and before; more only take time to look through
 
@@ -71,34 +72,28 @@ class Memo(Keeper):
 
     def __init__(self, most_bytes: int = 100_000_000) -> None:
         self._most_bytes = most_bytes
-        self._results: list[_Result] = []  # the latest last
-        self._lock = threading.Lock()
+        self._results: LRU[object, _Result] = LRU(most_bytes, lambda result: result.arrays)
 
     @property
     def size(self) -> int:
         """Bytes that the arrays in it hold, each counted once."""
-        return sum({key: held for result in self._results for key, held in result.arrays.items()}.values())
+        return self._results.size
 
     def recall(self, step: Callable[..., Made], given: dict[str, Any], go_on: Callable[[], None]) -> Made:
         """Return what a step gives, without doing it if it was done lately."""
-        with self._lock:
-            known = [result for result in self._results if result.step is step]
-        found = next((result for result in reversed(known) if same(result.given, given)), None)
-        if found is None:
-            go_on()
-            made = step(**given)
-            found = _Result(step, given, made, _arrays((given, made)))
-            if sum(found.arrays.values()) > self._most_bytes:
-                return made
-        with self._lock:
-            others = [result for result in self._results if result is not found]
-            alike = [result for result in others if result.step is step]
-            if len(alike) == _EACH:
-                others.remove(alike[0])
-            self._results = [*others, found]
-            while self.size > self._most_bytes:
-                del self._results[0]
-        return found.made  # type: ignore[no-any-return]
+        known = [(key, result) for key, result in self._results.items() if result.step is step]
+        for key, result in reversed(known):
+            if same(result.given, given):
+                self._results.get(key)  # marks it as used
+                return result.made  # type: ignore[no-any-return]
+        go_on()
+        made = step(**given)
+        arrays = _arrays((given, made))
+        if sum(arrays.values()) <= self._most_bytes:
+            if len(known) == _EACH:
+                self._results.pop(known[0][0])
+            self._results.put(object(), _Result(step, given, made, arrays))
+        return made
 
 
 class _Result(NamedTuple):
@@ -160,7 +155,9 @@ def _arrays(value: Any) -> dict[int, int]:
     """Return the bytes of the arrays in a value, by what tells one from another."""
     if isinstance(value, np.ndarray):
         return {id(value): int(value.nbytes)}
-    return {key: held for part in _parts(value) or () for key, held in _arrays(part).items()}
+    # What a dataclass has worked out of its fields and kept, it holds as well.
+    parts = list(vars(value).values()) if is_dataclass(value) else _parts(value)
+    return {key: held for part in parts or () for key, held in _arrays(part).items()}
 
 
 def _parts(value: Any) -> list[Any] | None:

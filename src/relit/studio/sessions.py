@@ -5,15 +5,15 @@ from __future__ import annotations
 import secrets
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import partial
 
 from relit.errors import FaceNotFoundError, RelitError
 from relit.face.detect import detect_landmarks
 from relit.face.landmarks import Landmarks
 from relit.photo.photo import Photo
+from relit.runtime.lru import LRU
 from relit.runtime.memo import Memo, size_of
 
 #: Seconds without a request after which a session ends.
@@ -134,8 +134,8 @@ class Sessions:
     """
 
     def __init__(self, most: int = 64, most_bytes: int = 2_000_000_000) -> None:
-        self._most, self._most_bytes = most, most_bytes
-        self._by_token: dict[str, Session] = {}  # the one used last comes last
+        self._most = most
+        self._by_token: LRU[str, Session] = LRU(most_bytes, lambda session: {id(session): session.size})
         self._lock = threading.Lock()
 
     def __len__(self) -> int:
@@ -148,8 +148,9 @@ class Sessions:
         with self._lock:
             self._end_expired()
             while len(self._by_token) >= self._most:
-                del self._by_token[next(iter(self._by_token))]
-            self._by_token[token] = session
+                self._by_token.pop(self._by_token.items()[0][0])
+            self._forget_previews()
+            self._by_token.put(token, session)
         for photo, role in zip(photos, ROLES, strict=False):
             self.keep(session, role, Portrait.of(photo, role))
         return token
@@ -164,16 +165,16 @@ class Sessions:
         """
         with self._lock:
             self._end_expired()
-            if token not in self._by_token:
+            session = self._by_token.get(token)
+            if session is None:
                 raise StudioError(404, "not_found", "This session has ended; reload the page.")
-            session = self._by_token[token] = self._by_token.pop(token)
             session.used = time.monotonic()
             return session
 
     def end(self, token: str) -> None:
         """End a session, and forget its photos."""
         with self._lock:
-            self._by_token.pop(token, None)
+            self._by_token.pop(token)
 
     def keep(self, session: Session, role: str, portrait: Portrait) -> None:
         """Give a session a photo; sessions unused for longest end where memory would not do."""
@@ -191,14 +192,16 @@ class Sessions:
     def make_room(self, session: Session) -> None:
         """Where memory runs out, have others forget their previews, then end, the longest unused first."""
         with self._lock:
-            others = [(token, one) for token, one in self._by_token.items() if one is not session]
-            steps: list[Callable[[], object]] = [one.forget for _, one in others]
-            steps += [partial(self._by_token.pop, token) for token, _ in others]
-            for give_way in steps:
-                if sum(one.size for one in self._by_token.values()) <= self._most_bytes:
-                    break
-                give_way()
+            self._forget_previews(session)
+            self._by_token.make_room(*(token for token, one in self._by_token.items() if one is session))
+
+    def _forget_previews(self, spared: Session | None = None) -> None:
+        for _, other in self._by_token.items():
+            if other is not spared and self._by_token.excess:
+                other.forget()
 
     def _end_expired(self) -> None:
         oldest = time.monotonic() - EXPIRES
-        self._by_token = {token: one for token, one in self._by_token.items() if one.used >= oldest}
+        for token, session in self._by_token.items():
+            if session.used < oldest:
+                self._by_token.pop(token)

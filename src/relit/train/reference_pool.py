@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import glob
-from collections import OrderedDict
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,9 +13,11 @@ from relit.face.landmarks import Landmarks, as_landmarks, check_inside
 from relit.inputs import reduction
 from relit.photo.color import luma
 from relit.photo.foreign_images import opened
-from relit.photo.photo import PHOTO_SUFFIXES, Photo, in_one_profile, read_image
+from relit.photo.patterns import expand
+from relit.photo.photo import Photo, in_one_profile, read_image
 from relit.photo.pixels import check_pixels, from_unit, to_unit
 from relit.photo.resampling import reduced
+from relit.runtime.lru import LRU
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -87,16 +88,11 @@ class ReferencePool:
             for number, one in enumerate(marks)
             if one is not None
         }
-        self._most_bytes = most_bytes
-        self._kept: OrderedDict[tuple[int, int, bool, bytes | None], Photo] = OrderedDict()
+        self._kept: LRU[tuple[int, int, bool, bytes | None], Photo] = LRU(most_bytes, _pixels_of)
 
     def __len__(self) -> int:
         """Return the number of photos."""
         return len(self.given)
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Leave behind what can be read again."""
-        return {**self.__dict__, "_kept": OrderedDict()}
 
     def seen(
         self, number: int, target: Photo, options: TransferOptions, detail: float | None
@@ -125,20 +121,16 @@ class ReferencePool:
         factor = reduction(landmarks, options, detail)
         grey = target.pixels.ndim == 2
         key = (number, factor, grey, target.profile)
-        if key not in self._kept:
+        small = self._kept.get(key)
+        if small is None:
             photo = photo or self._read(number)
             check_inside(landmarks, photo.pixels.shape, f"reference_landmarks[{number}]")
             if grey:
                 photo = _grey(photo)
             small = replace(photo, pixels=reduced(photo.pixels, factor), alpha=None)
-            self._kept[key] = in_one_profile(target, small)[1]
-        self._kept.move_to_end(key)
-        while sum(kept.pixels.nbytes for kept in self._kept.values()) > self._most_bytes:
-            oldest = next(iter(self._kept))
-            if oldest == key:
-                break
-            del self._kept[oldest]
-        return self._kept[key], landmarks.reduced(factor)
+            small = in_one_profile(target, small)[1]
+            self._kept.put(key, small)
+        return small, landmarks.reduced(factor)
 
     def _read(self, number: int) -> Photo:
         given = self.given[number]
@@ -151,6 +143,10 @@ class ReferencePool:
     def _name(self, number: int) -> str:
         given = self.given[number]
         return f"references[{number}]" if isinstance(given, Photo) else str(given)
+
+
+def _pixels_of(photo: Photo) -> dict[int, int]:
+    return {id(photo): photo.pixels.nbytes}
 
 
 def _grey(photo: Photo) -> Photo:
@@ -167,20 +163,16 @@ def _expanded(reference: Any) -> list[Any]:
         return [reference]
     path = Path(reference)
     try:
-        if path.is_dir():
-            found = [one for one in path.rglob("*") if one.suffix.lower() in PHOTO_SUFFIXES and one.is_file()]
-        elif not path.exists() and glob.has_magic(str(path)):  # a name may have brackets of its own
-            names = glob.glob(str(path), recursive=True)  # noqa: PTH207 (Path's takes no absolute pattern)
-            found = [one for one in map(Path, names) if one.is_file()]
-        else:
-            return [path]
+        found = sorted(map(Path, expand(path.as_posix())))
     except OSError as error:
         raise OptionError(
             f"references: {str(reference)!r} cannot be looked up ({error.strerror}); check the name"
         ) from error
+    if not found and not path.is_dir() and not glob.has_magic(str(path)):
+        return [path]  # whoever reads it says what is wrong
     if not found:
         raise OptionError(
             f"references: no photo found at {str(reference)!r}; expected a photo, a folder with some, or a "
             "pattern that fits some"
         )
-    return sorted(found)
+    return found

@@ -7,7 +7,6 @@ import subprocess
 import sys
 import threading
 import time
-from concurrent.futures import CancelledError
 from contextlib import ExitStack, closing
 from pathlib import Path
 
@@ -17,27 +16,28 @@ import psutil
 import pytest
 import threadpoolctl
 
-from relit.batch import lent
-from relit.batch.engines import engine
 from relit.errors import ClusterLostError, ImageError, OptionError, WorkerLostError
+from relit.runtime.engine import share
+from relit.runtime.engines import engine
 from relit.runtime.threads import available, bands, limit, pool
 
 PROCESSES = ["local", pytest.param("dask", marks=pytest.mark.slow)]
 #: Stays at work in two processes, whose numbers it prints; what a Ctrl-C does to it is the default.
 STAY = """
 import signal, sys, time
-from relit.batch.engines import engine
-from tests.batch.test_engines import identity
+from relit.runtime.engines import engine
+from tests.runtime.test_engines import identity
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
 if __name__ == "__main__":
     print("there", flush=True)
     with engine(sys.argv[1], 2) as lent:
         found = set()
         while len(found) < 2:
-            found |= {future.result() for future in [lent.submit(identity) for _ in range(4)]}
-        work = [lent.submit(time.sleep, 60) for _ in range(2)]
-        print(*found, flush=True)
-        work[0].result()
+            found |= {result for ended in lent.run(identity, [()] * 4) for _, result in ended}
+        for ended in lent.run(time.sleep, [(60,)] * 2):
+            if found:
+                print(*found, flush=True)
+                found.clear()
 """
 
 
@@ -86,20 +86,20 @@ def of_ray():
             yield lent
 
 
+def call(_number, function, *args):
+    return function(*args)
+
+
 def results(lent, tasks):
-    """What a run does: all at once, and what was lost once more, alone."""
+    """What each of the tasks, a function and its arguments, gives."""
+    items = [(number, *task) for number, task in enumerate(tasks)]
+    found = {item[0]: result for ended in lent.run(call, items) for item, result in ended}
+    assert len(found) == len(tasks)
+    return [found[number] for number in range(len(tasks))]
 
-    def outcome(future):
-        try:
-            return future.result(timeout=120)
-        except WorkerLostError:
-            return WorkerLostError
 
-    found = [outcome(future) for future in [lent.submit(*task) for task in tasks]]
-    return [
-        outcome(lent.submit(*task)) if result is WorkerLostError else result
-        for task, result in zip(tasks, found, strict=True)
-    ]
+def result(lent, *task):
+    return results(lent, [task])[0]
 
 
 class TestLoss:
@@ -112,43 +112,56 @@ class TestLoss:
         tasks = [(square, number) for number in range(20)]
         tasks[7] = (die,)
         found = results(two, tasks)
-        assert found.pop(7) is WorkerLostError
+        assert isinstance(found.pop(7), WorkerLostError)
         assert found == [number**2 for number in range(20) if number != 7]
 
     def test_names_its_cause(self):
-        with engine("local", 1) as lent, pytest.raises(WorkerLostError, match="memory") as caught:
-            lent.submit(die).result()
-        assert "terminated" in str(caught.value.__cause__)
+        with engine("local", 1) as lent:
+            lost = result(lent, die)
+        assert "memory" in str(lost)
+        assert "terminated" in str(lost.__cause__)
+
+    def test_of_one_after_the_other(self):
+        with engine("local", 2) as lent:
+            tasks = [(die,) if number % 4 == 1 else (square, number) for number in range(12)]
+            found = results(lent, tasks)
+        assert [isinstance(one, WorkerLostError) for one in found] == [n % 4 == 1 for n in range(12)]
 
 
 class TestWork:
     def test_exceptions_arrive_as_they_are(self, two):
         with pytest.raises(ImageError, match=r"^face\.png: is a cat$") as caught:
-            two.submit(complain).result()
+            result(two, complain)
         assert type(caught.value) is ImageError
 
     def test_is_done_by_processes_that_stay(self, two):
-        found = {future.result() for future in [two.submit(identity) for _ in range(20)]}
+        found = set(results(two, [(identity,)] * 20))
         assert 1 <= len(found) <= 2
         assert os.getpid() not in found
 
     def test_takes_its_part_of_the_cores(self, two):
         assert two.workers == 2
-        assert two.submit(threads).result() == (max(1, available() // 2), {1})
+        assert result(two, threads) == (max(1, available() // 2), {1})
 
-    def test_can_be_given_up_before_it_starts(self):
-        with engine("local", 1) as lent:
-            work = [lent.submit(time.sleep, 0.1) for _ in range(20)]
-            assert work[-1].cancel()
-            with pytest.raises(CancelledError):
-                work[-1].result()
-            assert work[0].result() is None
+    def test_is_asked_for_when_there_is_room(self, two):
+        """Two at work in each of the workers' places, and what waits at their doors."""
+        asked, ended = 0, 0
 
-    @pytest.mark.parametrize("name", PROCESSES)
-    def test_is_finished_at_the_end_of_the_block(self, name):
-        with engine(name, 2) as lent:
-            work = [lent.submit(time.sleep, 0.2) for _ in range(8)]
-        assert all(future.done() and future.exception() is None for future in work)
+        def items():
+            nonlocal asked
+            for number in range(20):
+                asked += 1
+                assert asked - ended <= 4
+                yield (number,)
+
+        for some in two.run(square, items()):
+            ended += len(some)
+        assert asked == ended == 20
+
+    def test_lets_others_have_a_turn(self, two):
+        turns = list(two.run(time.sleep, [(2.5,)]))
+        assert len(turns) >= 2
+        assert turns[-1] == [((2.5,), None)]
 
     @pytest.mark.parametrize("name", PROCESSES)
     def test_is_given_up_where_the_block_fails(self, name):
@@ -157,10 +170,9 @@ class TestWork:
         def interrupted():
             nonlocal worker
             with engine(name, 2) as lent:
-                worker = psutil.Process(lent.submit(identity).result())
-                for _ in range(20):  # more than loky hands on at once
-                    lent.submit(time.sleep, 60)
-                raise KeyboardInterrupt
+                worker = psutil.Process(result(lent, identity))
+                for _ in lent.run(time.sleep, [(60,)] * 20):
+                    raise KeyboardInterrupt
 
         worker = None
         with pytest.raises(KeyboardInterrupt):
@@ -171,10 +183,10 @@ class TestWork:
     def test_that_leaves_much_memory_behind_disturbs_nobody(self):
         """loky replaces such a worker, and warns; that warning would end its thread here."""
         with engine("local", 1) as lent:
-            one = lent.submit(identity).result()
+            one = result(lent, identity)
             time.sleep(1.1)  # loky looks once a second
-            assert lent.submit(hoard, 400_000_000).result() == one
-            assert [lent.submit(square, number).result(timeout=60) for number in range(5)] == [0, 1, 4, 9, 16]
+            assert result(lent, hoard, 400_000_000) == one
+            assert [result(lent, square, number) for number in range(5)] == [0, 1, 4, 9, 16]
 
 
 HOARD = []
@@ -265,7 +277,7 @@ class TestRefusals:
     @pytest.mark.parametrize("answer", [None, b"", b"HTTP/1.1 400 Bad Request\r\n\r\n" * 9])
     def test_of_an_address_where_something_else_is(self, monkeypatch, answer):
         """It is silent, hangs up, or talks of other things."""
-        monkeypatch.setattr("relit.batch.on_dask.PATIENCE", 2)
+        monkeypatch.setattr("relit.runtime.clusters._PATIENCE", 2)
         server = socket.create_server(("127.0.0.1", 0))
 
         def serve():
@@ -306,7 +318,7 @@ class TestCluster:
     def test_lends_its_workers(self, cluster):
         with engine("dask", 1, address=cluster.scheduler_address) as lent:
             assert lent.workers == 3
-            assert lent.submit(threads).result() == (1, {1})
+            assert result(lent, threads) == (1, {1})
         with engine("dask", 8, address=cluster.scheduler_address) as lent:
             assert lent.workers == 8
             assert results(lent, [(square, 3)]) == [9]
@@ -316,13 +328,13 @@ class TestCluster:
             dask.config.set({"distributed.comm.timeouts.connect": "3s"}),  # how long it is waited for
             engine("dask", 1, address=cluster.scheduler_address) as lent,
         ):
-            work = [lent.submit(time.sleep, 60) for _ in range(5)]
+            work = lent.run(time.sleep, [(60,)] * 5)
+            assert next(work) == []
             cluster.close()
-            for future in work:
+            for _ in range(2):
                 with pytest.raises(ClusterLostError, match="the cluster is gone"):
-                    future.result(timeout=60)
-            with pytest.raises(ClusterLostError):
-                lent.submit(square, 1).result(timeout=60)
+                    list(work)
+                work = lent.run(square, [(1,)])
 
     def test_with_another_relit_is_refused(self, cluster, monkeypatch):
         monkeypatch.setattr("relit.__version__", "99")
@@ -339,17 +351,17 @@ class TestRay:
         tasks[7] = (square_the_second_time, 7, tmp_path / "marker")
         tasks[8] = (die,)
         found = results(of_ray, tasks)
-        assert found.pop(8) is WorkerLostError
+        assert isinstance(found.pop(8), WorkerLostError)
         assert found == [number**2 for number in range(20) if number != 8]
 
     def test_exceptions_arrive_as_they_are(self, of_ray):
         with pytest.raises(ImageError, match=r"^face\.png: is a cat$") as caught:
-            of_ray.submit(complain).result()
+            result(of_ray, complain)
         assert type(caught.value) is ImageError
 
     def test_takes_its_part_of_the_cores(self, of_ray):
         assert of_ray.workers == 2
-        assert of_ray.submit(threads).result() == (max(1, available() // 2), {1})
+        assert result(of_ray, threads) == (max(1, available() // 2), {1})
 
 
 class TestLimit:
@@ -372,6 +384,6 @@ class TestLimit:
 
 
 def test_a_worker_holds_no_more_than_it_was_given():
-    assert lent.share(1000, None) == 1
-    assert lent.share(1, None) == available()
-    assert lent.share(1, "tcp://a:1") == 1
+    assert share(1000, None) == 1
+    assert share(1, None) == available()
+    assert share(1, "tcp://a:1") == 1
