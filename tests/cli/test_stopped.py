@@ -156,7 +156,8 @@ class TestFullDisk:
     def test_what_is_compiled_has_no_place(self, place):
         """The cache of compiled functions is a convenience: without it, the transfer takes longer."""
         environment = {**os.environ, "NUMBA_CACHE_DIR": str(place / "cache")}
-        command = f"transfer good.png good.png {MARKS} --method ltv --neighborhood isotropic -o out.jpg --json"
+        method = "--method ltv --neighborhood isotropic"
+        command = f"transfer good.png good.png {MARKS} {method} -o out.jpg --json"
         with start(FULL.format(size=20_000), command, place, env=environment) as child:
             out, err = child.communicate(timeout=300)
         assert (child.returncode, err) == (0, b"")
