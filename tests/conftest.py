@@ -1,16 +1,19 @@
-"""What several tests share: the data folders beside the checkout, and a face with known landmarks."""
+"""What several tests share: parts of a corpus, the data beside the checkout, a face with known landmarks."""
 
+import datetime as dt
 import json
 import os
+import zlib
 from pathlib import Path
 
 import hypothesis
 import numpy as np
 import pytest
 
-if worker := os.environ.get("PYTEST_XDIST_WORKER"):
-    # Numba's cache can mix up two versions of a function that two processes save at the same moment.
-    os.environ["NUMBA_CACHE_DIR"] = str(Path(__file__).parents[1] / ".numba_cache" / worker)
+from tests.compiled import cache_folder
+
+if "NUMBA_CACHE_DIR" not in os.environ:  # Processes that this one starts inherit it.
+    os.environ["NUMBA_CACHE_DIR"] = cache_folder()
 
 from relit.face.landmarks import Landmarks
 from tests.command import fail, place, plain, run, studio, succeed  # noqa: F401 (fixtures)
@@ -18,6 +21,39 @@ from tests.command import fail, place, plain, run, studio, succeed  # noqa: F401
 # Machines are shared and noisy, so no deadline; and a change lands or not by what it does, not by a draw.
 hypothesis.settings.register_profile("relit", deadline=None, derandomize="CI" in os.environ)
 hypothesis.settings.load_profile("relit")
+
+
+def pytest_addoption(parser):
+    parser.addoption("--all", action="store_true", help="try the whole of every corpus, not a part")
+    parser.addoption(
+        "--part",
+        type=int,
+        default=dt.date.today().toordinal(),
+        help="which part of every corpus to try; today's by default",
+    )
+
+
+def pytest_report_header(config):
+    chosen = "--all" if config.getoption("all") else f"--part {config.getoption('part')}"
+    return f"corpora: {chosen}"
+
+
+@pytest.fixture(scope="session")
+def part_of(pytestconfig):
+    """Return this run's part of a corpus, one of several that together are all of it; or all of it, by --all.
+
+    Every day has another part, so a run can be repeated, and after as many days all have been tried.
+    """
+
+    whole, part = pytestconfig.getoption("all"), pytestconfig.getoption("part")
+
+    def part_of(cases, parts, key=str):
+        for case in cases:
+            # By its name, so that a part has some of every kind.
+            if whole or zlib.crc32(key(case).encode()) % parts == part % parts:
+                yield case
+
+    return part_of
 
 
 def pytest_collection_modifyitems(config, items):

@@ -1,27 +1,23 @@
 """Tests of `relit.face.detect`: on a photo that scikit-image ships, and on the data beside the checkout."""
 
-import csv
 import functools
-import io
-import re
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 from skimage import data
 
 from relit.errors import FaceNotFoundError, ImageError, RelitError
 from relit.face.detect import _views, detect_faces, detect_landmarks
-from relit.face.face_models import Square, anchors, decode_boxes, overlap, take_crop
+from relit.face.face_models import Square, take_crop
 from relit.face.landmarks import SCHEMES
+from tests.face.irises import LEFT_IRIS, RIGHT_IRIS, distance
 
 MESH = SCHEMES["mesh478"]
 RIGHT_EYE, LEFT_EYE = list(MESH.right_eye), list(MESH.left_eye)
-RIGHT_IRIS, LEFT_IRIS = 468, 473
-
 # The astronaut's pupils and mouth corners, read off an eightfold enlargement of the photo, good to 1 px.
 BY_EYE = {RIGHT_IRIS: (203.1, 100.5), LEFT_IRIS: (246.1, 102.9), 61: (202.6, 138.9), 291: (245.1, 140.5)}
 
@@ -50,12 +46,6 @@ def placed(photo, shape, x, y, colour=(128, 128, 128)):
     canvas = np.full((*shape, 3), colour, np.uint8)
     canvas[y : y + photo.shape[0], x : x + photo.shape[1]] = photo
     return canvas
-
-
-def distance(found, expected):
-    """Return the mean distance in px of corresponding points."""
-    found, expected = (getattr(points, "xy", points)[:, :2] for points in (found, expected))
-    return np.linalg.norm(found - expected, axis=1).mean()
 
 
 def test_finds_the_one_face():
@@ -171,9 +161,6 @@ def test_crop_beyond_the_photo():
     assert padded.sum() == 400
 
 
-# Several faces
-
-
 @pytest.fixture(scope="module")
 def two_photos():
     """The astronaut's head twice, at 1.5 times the size on the right."""
@@ -205,9 +192,6 @@ def test_face_chooses_among_several(two_photos):
 def test_face_that_is_not_there(two_photos, number):
     with pytest.raises(FaceNotFoundError, match=rf"^reference: there is no face {number}; 2 found"):
         detect_landmarks(two_photos, face=number, name="reference")
-
-
-# Photos that need a second look
 
 
 @pytest.mark.parametrize(
@@ -284,9 +268,6 @@ def test_large_photo_is_looked_over_small_and_measured_large(face):
     assert distance(detect_landmarks(large), expected) < 0.005 * 5 * face.interocular_distance * 2
 
 
-# No face
-
-
 def flat(*shape):
     return np.full(shape, 128, np.uint8)
 
@@ -336,102 +317,6 @@ def test_what_is_no_photo(image):
         detect_faces(image, name="reference")
 
 
-# Boxes
-
-
-def test_anchors():
-    expected = []
-    for cells, per_cell in ((16, 2), (8, 6)):
-        for row in range(cells):
-            for column in range(cells):
-                for _ in range(per_cell):
-                    expected.append(((column + 0.5) / cells, (row + 0.5) / cells))
-    assert anchors().shape == (896, 2)
-    assert np.array_equal(anchors(), expected)
-
-
-def iou(one, other):
-    """Return the intersection over union of two (centre x, centre y, width, height) by plain arithmetic."""
-    common = 1.0
-    for centre, size in ((0, 2), (1, 3)):
-        low = max(one[centre] - one[size] / 2, other[centre] - other[size] / 2)
-        high = min(one[centre] + one[size] / 2, other[centre] + other[size] / 2)
-        common *= max(high - low, 0.0)
-    return common / (one[2] * one[3] + other[2] * other[3] - common)
-
-
-sides, centres = st.floats(0.01, 3), st.floats(-2, 2)
-some_boxes = st.lists(st.tuples(centres, centres, sides, sides), min_size=1, max_size=8)
-
-
-@given(st.tuples(centres, centres, sides, sides), some_boxes)
-@settings(max_examples=100, deadline=None)
-def test_overlap(box, others):
-    found = overlap(np.reshape(box, (2, 2)), np.reshape(others, (-1, 2, 2)))
-    assert found == pytest.approx([iou(box, other) for other in others], rel=1e-9, abs=1e-12)
-
-
-def test_overlap_by_hand():
-    box = np.array([[0.0, 0.0], [2.0, 2.0]])
-    others = np.array(
-        [[[0, 0], [2, 2]], [[1, 0], [2, 2]], [[1, 1], [2, 2]], [[2, 0], [2, 2]], [[0, 0], [1, 1]]]
-    )
-    assert overlap(box, others) == pytest.approx([1, 1 / 3, 1 / 7, 0, 1 / 4])
-
-
-def brute_force_boxes(regressors, scores, least):
-    """Weighted non-maximum suppression as one would do it by hand, with numbers in px of the 128 px view."""
-    boxes = []
-    for k in range(896):
-        numbers = [float(value) for value in regressors[0, k]]
-        anchor = [float(value) * 128 for value in anchors()[k]]
-        for pair in (0, 2, 3, 4, 5, 6, 7):  # all but the size count from the anchor
-            numbers[2 * pair] += anchor[0]
-            numbers[2 * pair + 1] += anchor[1]
-        chance = 1 / (1 + np.exp(-float(scores[0, k, 0])))
-        if chance >= least:
-            boxes.append((chance, numbers))
-    boxes.sort(key=lambda entry: -entry[0])
-    merged = []
-    while boxes:
-        same = [boxes[0]] + [entry for entry in boxes[1:] if iou(boxes[0][1], entry[1]) > 0.3]
-        boxes = [entry for entry in boxes if entry not in same]
-        total = sum(chance for chance, _ in same)
-        merged.append([sum(chance * row[k] for chance, row in same) / total / 128 for k in range(16)])
-    return merged
-
-
-@given(seed=st.integers(0, 2**32 - 1), count=st.integers(0, 40), least=st.sampled_from([0.3, 0.5, 0.7]))
-@settings(max_examples=40, deadline=None)
-def test_boxes_are_merged_by_their_scores(seed, count, least):
-    random = np.random.default_rng(seed)
-    regressors = random.normal(0, 10, (1, 896, 16)).astype(np.float32)
-    regressors[..., 2:4] = random.uniform(10, 70, (1, 896, 2))
-    scores = np.full((1, 896, 1), -8, np.float32)
-    scores[0, random.choice(896, count, replace=False)] = random.normal(0.5, 1.5, (count, 1))
-    found, _ = decode_boxes(regressors, scores, least)
-    expected = np.reshape(brute_force_boxes(regressors, scores, least), (-1, 8, 2))
-    assert found.shape == expected.shape
-    assert found == pytest.approx(expected, abs=1e-9)
-
-
-def test_no_boxes():
-    none, _ = decode_boxes(np.ones((1, 896, 16), np.float32), np.full((1, 896, 1), -100, np.float32), 0.5)
-    assert none.shape == (0, 8, 2)
-
-
-def test_box_without_area_stands_alone():
-    """A degenerate box overlaps nothing, not even itself, and must end the merging nevertheless."""
-    scores = np.full((1, 896, 1), -100, np.float32)
-    scores[0, [3, 700]] = 2
-    boxes = np.ones((1, 896, 16), np.float32)
-    boxes[..., 2] = 0
-    assert decode_boxes(boxes, scores, 0.5)[0].shape == (2, 8, 2)
-
-
-# Threads
-
-
 def test_threads_give_the_same_bits():
     photos = [astronaut(), astronaut()[:, ::-1], resized(astronaut(), 0.5), astronaut()[60:185, 175:275]]
     work = [photos[k % len(photos)] for k in range(8)]
@@ -439,53 +324,3 @@ def test_threads_give_the_same_bits():
     with ThreadPoolExecutor(4) as pool:
         together = list(pool.map(lambda photo: detect_landmarks(photo).points.tobytes(), work))
     assert together == [alone[k % len(photos)] for k in range(8)]
-
-
-# Data beside the checkout
-
-
-@pytest.mark.slow
-def test_portraits(portraits):
-    """The irises lie on the hand-checked pupils."""
-    photos = sorted(portraits.glob("*.jpg"))
-    assert len(photos) == 14
-    for path in photos:
-        pupils = np.loadtxt(io.StringIO(path.with_suffix(".tem").read_text()), skiprows=1, max_rows=2)
-        faces = detect_faces(np.asarray(Image.open(path).convert("RGB")))
-        assert len(faces) == 1, path.name
-        middle = faces[0].xy[[RIGHT_IRIS, LEFT_IRIS]].mean(axis=0)
-        apart = np.linalg.norm(pupils[1] - pupils[0])
-        assert np.linalg.norm(middle - pupils.mean(axis=0)) < 0.03 * apart, path.name
-        for iris, pupil in zip((RIGHT_IRIS, LEFT_IRIS), pupils, strict=True):
-            assert np.linalg.norm(faces[0].xy[iris] - pupil) < 0.03 * apart, path.name
-
-
-def test_yale_frontal_light(yaleb, yale_landmarks):
-    assert len(yale_landmarks) == 10
-    for subject, expected in yale_landmarks.items():
-        photo = np.asarray(Image.open(yaleb / subject / f"{subject}_P00A+000E+00.pgm"))
-        # Points beyond the crop are guesses, here and there.
-        inside = ((expected[:, :2] >= 0) & (expected[:, :2] <= np.array(photo.shape)[::-1] - 1)).all(axis=1)
-        assert inside.sum() > 350
-        assert distance(detect_landmarks(photo).xy[inside], expected[inside]) < 4, subject
-
-
-@pytest.mark.slow
-def test_yale_hard_lights(yaleb, yale_landmarks):
-    """At least 95 % are found, in the right place, in a fixed sample of the lights from 25° to 77°."""
-    with (yaleb / "light_subsets.csv").open() as file:
-        subset = {
-            (int(row["azimuth"]), int(row["elevation"])): int(row["subset"]) for row in csv.DictReader(file)
-        }
-    paths = []
-    for path in sorted(yaleb.glob("yaleB*/*E*.pgm")):
-        azimuth, elevation = map(int, re.search(r"A([+-]\d+)E([+-]\d+)", path.name).groups())
-        if subset[azimuth, elevation] in (3, 4):
-            paths.append(path)
-    paths = [paths[k] for k in np.linspace(0, len(paths) - 1, 60).round().astype(int)]
-    good = 0
-    for path in paths:
-        faces = detect_faces(np.asarray(Image.open(path)))
-        # Heads drift by up to 4 px between exposures.
-        good += len(faces) == 1 and distance(faces[0], yale_landmarks[path.parent.name]) < 10
-    assert good >= 0.95 * len(paths)

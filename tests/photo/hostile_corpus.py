@@ -15,7 +15,7 @@ import tifffile
 from PIL import Image, PngImagePlugin
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
 
 class Case(NamedTuple):
@@ -341,12 +341,12 @@ MUTATIONS: tuple[Callable[[bytes, random.Random, bytes], bytes], ...] = (
 TEXT_MUTATIONS = (*(m for m in MUTATIONS if m is not _rechunked), _worded, _worded, _worded)
 
 
-def mutants(count: int, first: int = 0) -> Iterator[Case]:
+def mutants(numbers: Iterable[int]) -> Iterator[Case]:
     """Yield damaged files: the valid ones in turn, each case from its own number and nothing else."""
     files = photos() | landmark_files()
     names = sorted(files)
     texts = landmark_files().keys()
-    for number in range(first, first + count):
+    for number in numbers:
         rng = random.Random(number)
         name = names[number % len(names)]
         data, done = files[name], []

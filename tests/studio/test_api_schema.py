@@ -79,10 +79,6 @@ def test_every_answer_is_one_that_the_schema_describes(tmp_path):
             text=True,
             timeout=300,
         )
-    from collections import Counter
-
-    print(Counter((m, p[-20:], s) for m, p, s in app.seen).most_common(60))
-    print(done.stdout)
     assert done.returncode == 0, done.stdout + done.stderr
     # It was really tried: every operation did its work at least once, and refused at least once.
     statuses = defaultdict(set)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
@@ -25,7 +25,13 @@ force_option = click.option("--force", is_flag=True, help="Replace files that ex
 json_option = click.option("--json", "as_json", is_flag=True, help="Print what was done, as JSON, on stdout.")
 
 
-class NumberOrWord(click.ParamType[float | str]):
+if TYPE_CHECKING:
+    _NumberOrWord = click.ParamType[float | str]
+else:  # before click 8.4, it takes no parameter
+    _NumberOrWord = click.ParamType
+
+
+class NumberOrWord(_NumberOrWord):
     """A number, or one of the words that stand for one."""
 
     name = "float"

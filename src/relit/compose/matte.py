@@ -85,7 +85,8 @@ def _away(colors: NDArray[np.float64], face: FaceRegions) -> NDArray[np.float32]
     cell = max(round(iod / _CELLS), 1)
     small = reduced(colors.astype(np.float32), cell)
     start = np.flatnonzero(reduced(inside.astype(np.float32), cell) > 0.5)
-    number = np.arange(small.shape[0] * small.shape[1]).reshape(small.shape[:2])
+    # Older releases of SciPy search graphs of 32-bit indices alone.
+    number = np.arange(small.shape[0] * small.shape[1], dtype=np.int32).reshape(small.shape[:2])
     pairs, costs = [], []
     for step in ((0, 1), (1, 0), (1, 1), (1, -1)):
         here, there = paired(small.shape[:2], step)
