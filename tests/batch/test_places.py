@@ -13,7 +13,7 @@ import pytest
 from relit.batch.places import exists, expand, join, read_bytes, write_atomically
 from relit.batch.stores import masked
 from relit.errors import ImageError, OptionError, OutputError
-from relit.photo.photo import PHOTO_SUFFIXES
+from relit.photo.reading import PHOTO_SUFFIXES
 from tests.web import web
 
 PHOTOS = [

@@ -34,8 +34,10 @@ from relit.methods import light_and_person as explained
 from relit.methods import paper as ltv_swap
 from relit.photo import atomic_files as files
 from relit.photo.color import COLOR_SPACES
-from relit.photo.photo import Photo, read_image, write_image
+from relit.photo.photo import Photo
+from relit.photo.reading import read_image
 from relit.photo.samples import sample
+from relit.photo.writing import write_image
 from relit.settings.options import TransferOptions
 from relit.warp import alignment
 from tests.command import FACES, TRANSFER, in_library, listing, pixels_of, the_line

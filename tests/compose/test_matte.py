@@ -11,8 +11,8 @@ from relit.face.landmark_files import read_landmarks
 from relit.face.landmarks import Landmarks
 from relit.face.regions import face_outline, part_mask
 from relit.photo.color import luma
-from relit.photo.photo import read_image
 from relit.photo.pixels import to_unit
+from relit.photo.reading import read_image
 from relit.photo.resampling import reduced
 from relit.photo.samples import sample
 from relit.relighting import transfer

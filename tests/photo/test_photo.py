@@ -23,10 +23,11 @@ from hypothesis import strategies as st
 from PIL import ExifTags, Image, ImageOps
 
 from relit.errors import ImageError, OutputError
-from relit.photo import photo as image
 from relit.photo.codecs import formats as codecs
 from relit.photo.codecs.pillow import quiet_pillow
-from relit.photo.photo import Metadata, Photo, check_destination, read_image, write_image
+from relit.photo.photo import Metadata, Photo
+from relit.photo.reading import read_image
+from relit.photo.writing import check_destination, write_image
 from tests.photo.photo_files import (
     DEPTHS,
     GREY_18,
@@ -775,7 +776,7 @@ class TestDestinations:
         path = tmp_path / "a.png"
         path.write_bytes(b"old")
         if stage == "encode":
-            monkeypatch.setitem(image.FORMATS, "PNG", replace(image.FORMATS["PNG"], encode=fail))
+            monkeypatch.setitem(codecs.FORMATS, "PNG", replace(codecs.FORMATS["PNG"], encode=fail))
         else:
             monkeypatch.setattr(os, stage, fail)
         with pytest.raises((KeyboardInterrupt, OSError)):
@@ -791,13 +792,15 @@ def test_odd_files_print_nothing(tmp_path):
     odd[offset + 2] = 99  # no data type
     (tmp_path / "odd.tif").write_bytes(odd)
     (tmp_path / "odd.png").write_bytes(png(sample(np.uint8), before=chunk(b"iCCP", b"x\0\0junk")))
-    code = "import sys; from relit.photo.photo import read_image; [read_image(name) for name in sys.argv[1:]]"
+    code = (
+        "import sys; from relit.photo.reading import read_image; [read_image(name) for name in sys.argv[1:]]"
+    )
     command = [sys.executable, "-c", code, tmp_path / "odd.tif", tmp_path / "odd.png"]
     done = subprocess.run(command, capture_output=True, check=True)
     assert (done.stdout, done.stderr) == (b"", b"")
 
 
 def test_the_heavy_libraries_wait_until_they_are_needed():
-    code = "import sys, relit.image; print(*{'imagecodecs', 'tifffile'} & set(sys.modules))"
+    code = "import sys, relit.photo.writing; print(*{'imagecodecs', 'tifffile'} & set(sys.modules))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert found.strip() == ""

@@ -17,7 +17,8 @@ from hypothesis.extra import numpy as hnp
 from PIL import Image, JpegImagePlugin
 
 from relit.photo.codecs import formats as codecs
-from relit.photo.photo import Metadata, Photo, read_image
+from relit.photo.photo import Metadata, Photo
+from relit.photo.reading import read_image
 from tests.photo.photo_files import (
     CHANNELS,
     DEPTHS,

@@ -16,8 +16,8 @@ from relit.figures import split_pictures
 from relit.ltv.decomposition import decompose, normalize
 from relit.ltv.g_value import lam_for
 from relit.photo.atomic_files import NamedBytes
-from relit.photo.photo import check_destination, write_image
 from relit.photo.pixels import from_unit
+from relit.photo.writing import check_destination, write_image
 from relit.relighting import transfer
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from relit.batch.stores import below, is_file, is_folder, kind_of, masked, path_of, reason, store_of
 from relit.errors import ImageError, OptionError, OutputError, RelitError
 from relit.photo.atomic_files import save_atomically
-from relit.photo.photo import PHOTO_SUFFIXES
+from relit.photo.reading import PHOTO_SUFFIXES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -12,8 +12,9 @@ from relit.batch.jobs import File
 from relit.batch.stamps import Stamp, stamp_of
 from relit.batch.stores import path_of
 from relit.photo.atomic_files import NamedBytes
-from relit.photo.photo import Photo, read_image
+from relit.photo.photo import Photo
 from relit.photo.pixels import check_pixels
+from relit.photo.reading import read_image
 from relit.runtime.memo import remembered
 
 if TYPE_CHECKING:

@@ -82,7 +82,7 @@ def align(
     settings = settings_of(given)
     check_streams(output, as_json, target, reference)
 
-    from relit.photo.photo import check_destination, write_image
+    from relit.photo.writing import check_destination, write_image
     from relit.warp.alignment import align as run
 
     with progress("Reading the photos"):
@@ -133,7 +133,7 @@ def landmarks(
 
     from relit.face.landmark_files import check_landmark_destination, write_landmarks
     from relit.figures import landmark_overlay
-    from relit.photo.photo import check_destination, write_image
+    from relit.photo.writing import check_destination, write_image
 
     if output:
         check_landmark_destination(output, overwrite=force)

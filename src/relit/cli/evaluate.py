@@ -92,7 +92,7 @@ def evaluate(
     from relit.evaluate.evaluation import as_record, summaries
     from relit.evaluate.evaluation import evaluate as run
     from relit.photo.atomic_files import check_free, save_atomically
-    from relit.photo.photo import check_destination
+    from relit.photo.writing import check_destination
     from relit.runtime.threads import available
 
     methods = {
@@ -145,7 +145,7 @@ def _draw(
     from relit.evaluate.cases import swapped
     from relit.evaluate.evaluation import images_of
     from relit.evaluate.figure import truth_figure
-    from relit.photo.photo import write_image
+    from relit.photo.writing import write_image
 
     name = next(iter(methods))
     rows = [("case", case)]

@@ -127,8 +127,8 @@ def normalize(
     import numpy as np
 
     from relit.ltv.decomposition import normalize as run
-    from relit.photo.photo import check_destination, write_image
     from relit.photo.pixels import from_unit
+    from relit.photo.writing import check_destination, write_image
 
     photo = read_photo(image)
     grey = np.zeros(

@@ -121,7 +121,8 @@ def transfer(
 
     from relit.face.detect import detect_faces
     from relit.figures import STAGES, comparison_sheet, contact_sheet, stage_pictures
-    from relit.photo.photo import check_destination, read_image, write_image
+    from relit.photo.reading import read_image
+    from relit.photo.writing import check_destination, write_image
     from relit.relighting import transfer as run
     from relit.runtime.threads import pool
 

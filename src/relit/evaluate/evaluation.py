@@ -23,8 +23,8 @@ from relit.evaluate.yale_b import Light, YaleB
 from relit.face.detect import detect_landmarks
 from relit.methods import WITH_SECOND_REFERENCE
 from relit.photo.color import luma
-from relit.photo.photo import read_image
 from relit.photo.pixels import to_unit
+from relit.photo.reading import read_image
 from relit.relighting import transfer
 from relit.settings.options import TransferOptions
 

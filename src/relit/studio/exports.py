@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from relit.face.landmark_files import landmarks_as_bytes
 from relit.photo.atomic_files import NamedBytes
-from relit.photo.photo import write_image
+from relit.photo.writing import write_image
 from relit.relighting import transfer
 from relit.settings_file import Settings, as_json
 from relit.studio.sessions import ROLES

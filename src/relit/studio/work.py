@@ -10,8 +10,8 @@ from typing import ParamSpec, TypeVar
 from relit.errors import LandmarkError
 from relit.face.landmark_files import landmarks_from
 from relit.face.landmarks import Landmarks, check_inside
-from relit.photo.photo import read_image
 from relit.photo.pixels import check_pixels
+from relit.photo.reading import read_image
 from relit.studio.models import Marks, PhotoFacts
 from relit.studio.sessions import Session, Sessions, Sitter, seated
 

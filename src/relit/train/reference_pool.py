@@ -14,8 +14,9 @@ from relit.face.landmarks import Landmarks, as_landmarks, check_inside
 from relit.inputs import reduction
 from relit.photo.color import luma
 from relit.photo.foreign_images import opened
-from relit.photo.photo import PHOTO_SUFFIXES, Photo, in_one_profile, read_image
+from relit.photo.photo import Photo, in_one_profile
 from relit.photo.pixels import check_pixels, from_unit, to_unit
+from relit.photo.reading import PHOTO_SUFFIXES, read_image
 from relit.photo.resampling import reduced
 
 if TYPE_CHECKING:

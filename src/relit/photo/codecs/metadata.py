@@ -1,34 +1,15 @@
-"""What a photo file says about the photo: EXIF, XMP and resolution, kept and put upright."""
+"""What a file says of its photo: EXIF, XMP and resolution, put upright as the pixels are."""
 
 from __future__ import annotations
 
 import re
 import struct
-from dataclasses import dataclass
+
+from relit.photo.photo import Metadata
 
 ORIENTATION = 0x0112
 EXIF_PREFIX = b"Exif\0\0"
 _XMP_ORIENTATION = re.compile(rb"(tiff:Orientation(?:\s*=\s*[\"']|>))\s*[1-8]")
-
-
-@dataclass(frozen=True)
-class Metadata:
-    """Metadata that travels with a photo.
-
-    Attributes
-    ----------
-    exif : bytes or None
-        EXIF block, starting with its TIFF header. Its Orientation is 1, as the pixels are upright, and
-        its thumbnail, which would still show the old light, is unlinked.
-    xmp : bytes or None
-        XMP packet.
-    dpi : (float, float) or None
-        Horizontal and vertical resolution in pixels per inch.
-    """
-
-    exif: bytes | None = None
-    xmp: bytes | None = None
-    dpi: tuple[float, float] | None = None
 
 
 def put_upright(metadata: Metadata) -> tuple[int, Metadata]:
@@ -41,7 +22,7 @@ def put_upright(metadata: Metadata) -> tuple[int, Metadata]:
     if orientation > 1 and xmp:
         xmp = _XMP_ORIENTATION.sub(rb"\g<1>1", xmp)
     if orientation > 4 and dpi:
-        dpi = dpi[1], dpi[0]
+        dpi = dpi[::-1]
     return orientation, Metadata(exif, xmp, dpi)
 
 

@@ -16,14 +16,15 @@ import numpy as np
 from PIL import Image, TiffImagePlugin
 
 from relit.errors import ImageError
-from relit.photo.codecs.metadata import ORIENTATION, Metadata, resolution
+from relit.photo.codecs.metadata import ORIENTATION, resolution
 from relit.photo.codecs.pillow import quiet_pillow
-from relit.photo.codecs.raster import Raster, divide_by_alpha, full_of, rescale
+from relit.photo.photo import Metadata, Photo
+from relit.photo.pixels import divide_by_alpha, full_of, rescale
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from relit.photo.codecs.raster import CheckSize
+    from relit.photo.codecs import CheckSize
 
 _HEADER = b"II*\0\x08\0\0\0"  # little-endian, directory at 8
 _XMP, _PROFILE = 700, 34675
@@ -39,7 +40,7 @@ _MOST_PAGES = 64  # the photo and what is reduced from it
 _COMPRESSIONS = {1, 2, 3, 4, 5, 7, 8, 32773, 32946, 34925, 50000}
 
 
-def decode_tiff(stream: BinaryIO, check_size: CheckSize) -> Raster:
+def decode_tiff(stream: BinaryIO, check_size: CheckSize) -> Photo:
     """Read a TIFF of one page; 1 to 7 bits become 8, 9 to 15 bits become 16."""
     import tifffile
 
@@ -49,11 +50,10 @@ def decode_tiff(stream: BinaryIO, check_size: CheckSize) -> Raster:
         others = list(islice(pages, 1, _MOST_PAGES + 1))  # one at a time: they may go in a circle
         if len(others) == _MOST_PAGES or any(not other.is_reduced for other in others):
             raise ImageError("holds several pages; save one as a photo of its own")
-        check_size(page.imagewidth, page.imagelength, page.samplesperpixel * max(1, page.bitspersample // 8))
-        _check_segments(page, check_size)
+        _check_size(page, check_size)
         samples = _samples(page)
         metadata = replace(_metadata(stream, page), dpi=_resolution(page))
-        return Raster(samples, _bytes(page, _PROFILE), metadata)
+        return Photo.from_samples(samples, _bytes(page, _PROFILE), metadata)
 
 
 def is_camera_raw(stream: BinaryIO) -> bool:
@@ -80,11 +80,11 @@ def read_metadata(stream: BinaryIO) -> Metadata:
     return Metadata()
 
 
-def encode_tiff(raster: Raster) -> bytes:
+def encode_tiff(photo: Photo) -> bytes:
     """Write a TIFF, lossless, at 8 or 16 bits or in float32."""
     import imagecodecs
 
-    samples, metadata = raster.samples, raster.metadata
+    samples, metadata = photo.samples, photo.metadata
     height, width, channels = samples.shape
     is_float = samples.dtype.kind == "f"
     predict = imagecodecs.floatpred_encode if is_float else imagecodecs.delta_encode
@@ -108,15 +108,15 @@ def encode_tiff(raster: Raster) -> bytes:
     directory[284] = 1  # channels side by side
     directory[317] = 3 if is_float else 2
     directory[339] = (3 if is_float else 1,) * channels
-    if raster.has_alpha:
+    if photo.alpha is not None:
         directory[338] = 2  # alpha the colours are not multiplied with
     if metadata.dpi:
         directory[282], directory[283] = metadata.dpi
         directory[296] = 2  # inches
     if metadata.xmp:
         directory[_XMP] = metadata.xmp
-    if raster.profile:
-        directory[_PROFILE] = raster.profile
+    if photo.profile:
+        directory[_PROFILE] = photo.profile
     return _HEADER + directory.tobytes(len(_HEADER)) + b"".join(strips)
 
 
@@ -125,14 +125,16 @@ def _metadata(stream: BinaryIO, page: Any) -> Metadata:
     return Metadata(exif, _bytes(page, _XMP))
 
 
-def _check_segments(page: Any, check_size: CheckSize) -> None:
-    """Refuse what takes more to decode than the picture does, and what is not all there."""
+def _check_size(page: Any, check_size: CheckSize) -> None:
+    """Refuse what is too large, takes more to decode than the picture does, or is not all there."""
+    depth = page.samplesperpixel * max(1, page.bitspersample // 8)
+    check_size(page.imagewidth, page.imagelength, depth)
     if page.compression not in _COMPRESSIONS:
         raise ImageError(f"is compressed with {_called(page.compression)}; save it with deflate, LZW or none")
     if 0 in page.databytecounts:  # which tifffile takes for black
         raise ImageError("lacks a part of its picture; get the file again")
     if page.is_tiled:
-        check_size(page.tilewidth, page.tilelength, page.samplesperpixel * max(1, page.bitspersample // 8))
+        check_size(page.tilewidth, page.tilelength, depth)
 
 
 def _called(value: object) -> str:
@@ -165,7 +167,7 @@ def _samples(page: Any) -> NDArray[Any]:
         return np.moveaxis((page.colormap >> 8).astype(np.uint8)[:, samples[..., 0]], 0, -1)
     samples = _whole_range(samples, page.bitspersample)
     if page.photometric == PHOTOMETRIC.MINISWHITE:
-        samples[..., 0] = full_of(samples) - samples[..., 0]
+        samples[..., 0] = full_of(samples.dtype) - samples[..., 0]
     if extra and page.extrasamples[:1] == (EXTRASAMPLE.ASSOCALPHA,):
         divide_by_alpha(samples)
     return samples
