@@ -16,13 +16,7 @@ if TYPE_CHECKING:
 
 
 class NamedBytes(io.BytesIO):
-    """A file in memory that has a name, which tells its format.
-
-    Examples
-    --------
-    >>> NamedBytes("face.png", b"...").name
-    'face.png'
-    """
+    """A file in memory that has a name, which tells its format."""
 
     def __init__(self, name: str, data: bytes = b"") -> None:
         super().__init__(data)
@@ -60,27 +54,13 @@ def save_atomically(path: Path, data: bytes, *, overwrite: bool = False) -> None
 
 
 def check_free(path: Path, *, overwrite: bool = False) -> None:
-    """Refuse a path that `save_atomically` would refuse, before any work goes into what it shall hold.
-
-    Parameters
-    ----------
-    path, overwrite
-        As of `save_atomically`.
+    """Refuse a path that `save_atomically` would refuse, before any work goes into the data.
 
     Raises
     ------
     OutputError
         If the folder does not exist, or `path` exists and may not be replaced or is something other than a
         file.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> check_free(Path("no-such-folder", "face.png"))
-    Traceback (most recent call last):
-        ...
-    relit.errors.OutputError: no-such-folder/face.png: there is no folder no-such-folder; create it, or \
-choose another
     """
     with _as_output_errors(path):
         if not path.parent.is_dir():

@@ -38,23 +38,14 @@ _CHROMA_SHIFT = np.array([0, 0.5, 0.5])
 
 @dataclass(frozen=True)
 class ColorSpace:
-    """A colour space.
-
-    Attributes
-    ----------
-    channels : tuple of str
-        Channel names, in order.
-    primary : str or None
-        The channel that the paper relights alone in its Fig. 12; RGB has none.
-    lightness : str or None
-        The channel that carries the light when the reference has no colour; in RGB, all scale by their luma.
-    from_rgb, to_rgb : callable
-        (..., 3) float arrays to and from encoded RGB.
-    """
+    """A colour space."""
 
     channels: tuple[str, str, str]
+    #: The channel that the paper relights alone in its Fig. 12; RGB has none.
     primary: str | None
+    #: The channel that carries the light when the reference has no colour; in RGB, all scale by their luma.
     lightness: str | None
+    #: (..., 3) float arrays to and from encoded RGB.
     from_rgb: Callable[[NDArray[Any]], NDArray[Any]]
     to_rgb: Callable[[NDArray[Any]], NDArray[Any]]
 

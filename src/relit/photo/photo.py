@@ -166,7 +166,7 @@ class Photo:
 def in_one_profile(target: Photo, reference: Photo) -> tuple[Photo, Photo]:
     """Return both photos in one profile: the target's own, where it can be kept.
 
-    A grey target that takes the colours of a reference goes to sRGB, since its profile knows no colours.
+    A grey target that takes the colours of a reference goes to sRGB, since its profile has no colours.
     """
     if target.is_grey and not reference.is_grey:
         target = target.to_profile(None)

@@ -26,17 +26,7 @@ SMALLEST_SIDE = 8
 
 
 def check_pixels(image: Any, name: str) -> NDArray[Any]:
-    """Return `image` if it is a grey or RGB photo that may hold a face.
-
-    Parameters
-    ----------
-    image, name
-        As of `check_samples`.
-
-    Raises
-    ------
-    ImageError
-        As `check_samples` does, and if a side is below 8 px.
+    """Return `image` if it passes `check_samples` and may hold a face: no side is below 8 px.
 
     Examples
     --------
@@ -117,32 +107,25 @@ def from_unit(image: NDArray[np.floating[Any]], dtype: DTypeLike) -> NDArray[Any
     return np.asarray(clipped, dtype)
 
 
-def to_depth(samples: NDArray[Any], dtype: DTypeLike) -> NDArray[Any]:
+def to_depth(samples: NDArray[Any], dtype: DTypeLike, maximum: int | None = None) -> NDArray[Any]:
     """Return samples as uint8, uint16, or float32 in [0, 1], rounded to the nearest.
+
+    Integers are in [0, `maximum`], by default the largest number of their dtype.
 
     Examples
     --------
     >>> to_depth(np.array([0, 128, 129, 65535], dtype=np.uint16), np.uint8)
     array([  0,   0,   1, 255], dtype=uint8)
+    >>> to_depth(np.array([0, 512, 1023]), np.uint16, 1023)
+    array([    0, 32800, 65535], dtype=uint16)
     """
-    if samples.dtype == dtype:
+    if maximum is None and samples.dtype == dtype:
         return samples
     if np.dtype(dtype).kind == "f":
         return to_unit(samples)
     if samples.dtype.kind == "f":
         return from_unit(samples, dtype)
-    return rescale(samples, full_of(samples.dtype), dtype)
-
-
-def rescale(samples: NDArray[Any], maximum: int, dtype: DTypeLike) -> NDArray[Any]:
-    """Return integers in [0, `maximum`] spread over the whole range of `dtype`, uint8 or uint16.
-
-    Examples
-    --------
-    >>> rescale(np.array([0, 512, 1023]), 1023, np.uint16)
-    array([    0, 32800, 65535], dtype=uint16)
-    """
-    full = full_of(dtype)
+    full, maximum = full_of(dtype), maximum or full_of(samples.dtype)
     if maximum == full:
         return samples.astype(dtype)
     # In parts, because 32 bits for each sample of a large photo are gigabytes.

@@ -26,20 +26,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PlaneSpace:
-    """Which planes of two photos are relit, and the way back.
-
-    Attributes
-    ----------
-    color_space : str
-        Of the planes.
-    chosen : tuple of int or None
-        Channels of that space; None where all of the photo are taken as they are.
-    by_luma : bool
-        Whether the one plane is the luma of RGB, with which R, G and B scale.
-    """
+    """Which planes of two photos are relit, and the way back."""
 
     color_space: ColorSpaceName
+    #: Channels of that space; None where all of the photo are taken as they are.
     chosen: tuple[int, ...] | None = None
+    #: Whether the one plane is the luma of RGB, with which R, G and B scale.
     by_luma: bool = False
 
     def of_target(self, image: NDArray[Any]) -> NDArray[Any]:
@@ -78,7 +70,7 @@ class PlaneSpace:
         rgb = to_unit(image)
         if rgb.ndim == 2:
             rgb = np.repeat(rgb[..., None], 3, axis=2)
-        # Rounding may leave [0, 1] by a hair.
+        # Rounding may leave [0, 1] a little.
         return np.asarray(np.clip(self._space.from_rgb(rgb), 0, 1))
 
     @property

@@ -32,20 +32,12 @@ def convert(pixels: NDArray[Any], profile: bytes | None, target: bytes | None) -
             "cannot convert colour pixels to a grey profile; give an RGB profile, or None for sRGB"
         )
     samples = np.repeat(pixels[..., None], 3, axis=2) if grey and profile is None else pixels
-    converted = _transform(
-        samples, _srgb() if profile is None else profile, _srgb() if target is None else target
-    )
+    converted = _transform(samples, *(_srgb() if one is None else one for one in (profile, target)))
     return np.ascontiguousarray(converted[..., 1]) if grey and target is None else converted
 
 
 def color_space(profile: bytes) -> str:
-    """Return the colour space that an ICC profile describes: "RGB", "GRAY", "CMYK", ...
-
-    Examples
-    --------
-    >>> color_space(bytes(16) + b"GRAY" + bytes(108))
-    'GRAY'
-    """
+    """Return the colour space that an ICC profile describes: "RGB", "GRAY", "CMYK", ..."""
     return profile[16:20].decode("latin-1").strip()
 
 
@@ -75,13 +67,7 @@ def decode_srgb(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def srgb_with_primaries(primaries: Sequence[float]) -> bytes | None:
-    """Return an ICC profile with the curve of sRGB and other primaries; None for sRGB's own.
-
-    Parameters
-    ----------
-    primaries : sequence of 8 floats
-        x and y of red, green, blue and white.
-    """
+    """Return an ICC profile of the curve of sRGB and other primaries, 8 numbers; None for sRGB's own."""
     if np.allclose(primaries, _SRGB_PRIMARIES, rtol=0, atol=1e-3):
         return None
     import imagecodecs

@@ -1,8 +1,8 @@
 """Photos out of files.
 
-Read are JPEG, PNG, TIFF, WebP, PPM/PGM and BMP, told by content, not by name; grey or RGB, with or without
-alpha, of 8 or 16 bits, TIFF also in floating point. With an extra each, ``relit[heic]``, ``relit[raw]`` and
-``relit[exr]``: HEIC, camera raw and OpenEXR.
+Read are JPEG, PNG, TIFF, WebP, PPM/PGM and BMP; grey or RGB, with or without alpha, of 8 or 16 bits, TIFF
+also in floating point. With an extra each, ``relit[heic]``, ``relit[raw]`` and ``relit[exr]``: HEIC, camera
+raw and OpenEXR.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ _SMALLEST_LIMIT = 1 << 26  # bytes of a file, whatever the pixels
 def read_image(source: FileOrName, *, max_pixels: int = DEFAULT_MAX_PIXELS) -> Photo:
     """Read a photo.
 
-    The type is told by content. EXIF orientation is applied. Palettes and bitmaps become RGB or grey;
-    associated alpha in a TIFF or OpenEXR is divided out. Camera raw is developed to sRGB with the camera's
-    white balance and no automatic brightening; the linear light of OpenEXR, which must lie in [0, 1], comes
-    to the curve of sRGB. EXIF that cannot be parsed, and a colour profile that does
-    not fit the pixels or is damaged, are left out.
+    The format is recognized by content, not by name. EXIF orientation is applied. Palettes and bitmaps become
+    RGB or grey; associated alpha in a TIFF or OpenEXR is divided out. Camera raw is developed to sRGB with
+    the camera's white balance and no automatic brightening; the linear light of OpenEXR, which must lie in
+    [0, 1], comes to the curve of sRGB. EXIF that cannot be parsed, and a colour profile that does not fit the
+    pixels or is damaged, are left out.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def read_image(source: FileOrName, *, max_pixels: int = DEFAULT_MAX_PIXELS) -> P
 
 
 def _upright(photo: Photo) -> Photo:
-    """Return a photo as the file says that it was held, without a profile that cannot be used."""
+    """Apply the EXIF orientation, and leave out a profile that cannot be used."""
     orientation, metadata = put_upright(photo.metadata)
 
     def turned(plane: NDArray[Any]) -> NDArray[Any]:

@@ -13,10 +13,6 @@ from relit.photo.atomic_files import save_atomically
 
 FileOrName = str | Path | BinaryIO
 _PART = 1 << 20
-_ADVICE: dict[type[Exception], str] = {
-    FileNotFoundError: "there is no such file; check the name",
-    IsADirectoryError: "is a folder; give the name of one photo in it",
-}
 
 
 def name_of(file: FileOrName) -> str:
@@ -58,11 +54,14 @@ def open_source(source: FileOrName, most: int) -> BinaryIO:
             return _buffered(stream, name, most)
     except ImageError:
         raise
+    except FileNotFoundError:
+        raise ImageError(f"{name}: there is no such file; check the name") from None
+    except IsADirectoryError:
+        raise ImageError(f"{name}: is a folder; give the name of one photo in it") from None
     except (OSError, ValueError, TypeError) as error:
         # ValueError: a NUL in the name, or a closed file; TypeError: a text file
         reason = getattr(error, "strerror", None) or error
-        advice = _ADVICE.get(type(error), f"cannot be read ({reason}); give the file name of a photo")
-        raise ImageError(f"{name}: {advice}") from error
+        raise ImageError(f"{name}: cannot be read ({reason}); give the file name of a photo") from error
 
 
 def _buffered(stream: BinaryIO, name: str, most: int) -> BinaryIO:

@@ -25,11 +25,8 @@ if TYPE_CHECKING:
 
     from relit.photo.streams import FileOrName
 
-_NAMES = {
-    key.removeprefix("."): name
-    for name, known in FORMATS.items()
-    for key in (name.lower(), *known.extensions)
-}
+#: Extension → format; a format's name is one more.
+_KINDS = {end: kind for kind, known in FORMATS.items() for end in (*known.extensions, f".{kind.lower()}")}
 _EXTENSIONS = ", ".join(extension for known in FORMATS.values() for extension in known.extensions)
 
 
@@ -61,9 +58,9 @@ def write_image(
         For an array: the photo whose alpha, colour profile, metadata and JPEG settings it takes over. A
         grey profile does not go with colours, nor an RGB profile with grey.
     format : str, optional
-        "JPEG", "PNG", "TIFF", "WEBP", "PPM", "PGM", "BMP" or "EXR". By default told by the name's
-        extension; on a stream without one, the format of `like` (or of a Photo) if it can be written, else
-        PNG.
+        "JPEG", "PNG", "TIFF", "WEBP", "PPM", "PGM", "BMP" or "EXR". By default taken from the
+        name's extension; on a stream without one, the format of `like` (or of a Photo) if it can be written,
+        else PNG.
     overwrite : bool, optional
         Whether a file that exists may be replaced.
 
@@ -152,7 +149,7 @@ def _format_of(destination: FileOrName, like: Photo | None, given: str | None) -
             given = like.format if like and like.format in FORMATS else "PNG"
     if not given:
         raise OutputError(f"{name}: the name has no extension to tell the format; use one of {_EXTENSIONS}")
-    kind = _NAMES.get(given.lower().removeprefix("."))
+    kind = _KINDS.get("." + given.lower().removeprefix("."))
     if kind is None:
         raise OutputError(f"{name}: no format to write goes by {given!r}; use one of {_EXTENSIONS}")
     if library := FORMATS[kind].library:

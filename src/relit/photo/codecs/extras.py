@@ -12,7 +12,7 @@ from relit.errors import ImageError
 from relit.photo.codecs.metadata import put_upright
 from relit.photo.codecs.tiff import read_metadata
 from relit.photo.photo import Metadata, Photo
-from relit.photo.pixels import divide_by_alpha, rescale, to_unit
+from relit.photo.pixels import divide_by_alpha, to_depth, to_unit
 from relit.photo.profile import decode_srgb, encode_srgb, srgb_with_primaries
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def decode_heif(stream: BinaryIO, check_size: CheckSize) -> Photo:
     samples = np.asarray(image)
     if samples.dtype == np.uint16:  # pillow-heif shifts fewer bits to the left
         bits = image.info["bit_depth"]
-        samples = rescale(samples >> (16 - bits), 2**bits - 1, np.uint16)
+        samples = to_depth(samples >> (16 - bits), np.uint16, 2**bits - 1)
     if image.premultiplied_alpha:
         samples = samples.copy()
         divide_by_alpha(samples)

@@ -1,7 +1,6 @@
 """The photo formats: how to tell them, what each can hold, and how it is read and written.
 
-No codec knows file names: what is wrong with a file, they say in messages that `read_image` puts its name
-before.
+Codecs see no file names: `read_image` puts the name before the message of an error.
 """
 
 from __future__ import annotations
@@ -34,50 +33,24 @@ for _library in ("imagecodecs", "tifffile"):
 
 @dataclass(frozen=True)
 class Readable:
-    """A file format that can be read.
+    """A file format that can be read."""
 
-    Attributes
-    ----------
-    decode : callable
-        Reads a photo, not yet upright, from a seekable binary file.
-    signature : bytes
-        Pattern of what its files start with.
-    extensions : tuple of str
-        What names of its files end with, the usual one first.
-    """
-
-    decode: Callable[[BinaryIO, CheckSize], Photo]
-    signature: bytes
-    extensions: tuple[str, ...]
+    decode: Callable[[BinaryIO, CheckSize], Photo]  # of a seekable file; the photo is not yet upright
+    signature: bytes  # pattern of what its files start with
+    extensions: tuple[str, ...]  # what names of its files end with, the usual one first
 
 
 @dataclass(frozen=True)
 class Format(Readable):
-    """A file format that can be read and written.
-
-    Attributes
-    ----------
-    encode : callable
-        Turns a photo into bytes.
-    deepest : dtype
-        The largest depth it is written at: uint8, uint16 or float32.
-    alpha, colour : bool
-        Whether it can hold alpha, and colours.
-    profiles : tuple of str
-        Colour spaces of the ICC profiles it can hold.
-    longest : int or None
-        The longest side in px, where the format sets one.
-    library : callable or None
-        Loads the optional library that it takes; raises where that is missing.
-    """
+    """A file format that can be read and written."""
 
     encode: Callable[[Photo], bytes]
-    deepest: Any
-    alpha: bool = True
-    colour: bool = True
-    profiles: tuple[str, ...] = ("GRAY", "RGB")
-    longest: int | None = None
-    library: Callable[[], Any] | None = None
+    deepest: Any  # the largest depth it is written at: uint8, uint16 or float32
+    alpha: bool = True  # whether it can hold alpha
+    colour: bool = True  # whether it can hold colours
+    profiles: tuple[str, ...] = ("GRAY", "RGB")  # colour spaces of the ICC profiles it can hold
+    longest: int | None = None  # px of a side, where the format sets a limit
+    library: Callable[[], Any] | None = None  # loads an optional library, or raises where that is missing
 
 
 _JPEG, _PNG, _TIFF = rb"\xff\xd8\xff", rb"\x89PNG\r\n\x1a\n", rb"II[*+]\0|MM\0[*+]"
@@ -128,7 +101,7 @@ SUFFIXES = frozenset(suffix for known in _readable().values() for suffix in know
 
 
 def decode(stream: BinaryIO, check_size: CheckSize) -> Photo:
-    """Decode a seekable binary file of any format, told by its content; the photo is not yet upright.
+    """Decode a seekable binary file of any format, recognized by its content; the photo is not yet upright.
 
     Parameters
     ----------
@@ -153,7 +126,7 @@ def decode(stream: BinaryIO, check_size: CheckSize) -> Photo:
 
 
 def _identify(stream: BinaryIO) -> str:
-    """Return the name of a file's format, or raise an error that says what was found instead."""
+    """Return the name of a file's format; where it is none of ours, the error names what was found."""
     head = stream.read(64)
     stream.seek(0)
     if not head:

@@ -6,9 +6,11 @@ import re
 from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any, BinaryIO
 
+from PIL import ImageFile
+
 from relit.errors import ImageError
 from relit.photo.codecs.metadata import EXIF_PREFIX
-from relit.photo.codecs.pillow import QUALITY, buffer_of, open_image, photo_from, save_image
+from relit.photo.codecs.pillow import QUALITY, open_image, photo_from, pillow_setting, save_image
 from relit.photo.photo import JpegSettings, Photo
 
 if TYPE_CHECKING:
@@ -51,7 +53,7 @@ def _scans(stream: BinaryIO) -> int:
 
 
 def _settings_of(image: Image.Image) -> JpegSettings | None:
-    """Return how an opened JPEG is compressed; None where its tables are only told among its pixels."""
+    """Return how an opened JPEG is compressed; None where its tables come among its pixels."""
     opened: Any = image
     names, across, down, numbers = zip(*opened.layer, strict=True)
     if not set(numbers) <= set(opened.quantization):
@@ -77,8 +79,9 @@ def encode_jpeg(photo: Photo) -> bytes:
     xmp = photo.metadata.xmp or b""
     options = _options(photo.jpeg, grey=photo.is_grey)
     height, width = photo.pixels.shape[:2]
-    # Pillow's guess of the buffer is too small where the quality is highest.
-    with buffer_of(_WORST_BYTES * height * width) if options.get("progressive") else nullcontext():
+    # A progressive JPEG must fit one buffer, and Pillow's guess is too small where the quality is highest.
+    room = pillow_setting(ImageFile, "MAXBLOCK", _WORST_BYTES * height * width)
+    with room if options.get("progressive") else nullcontext():
         return save_image(
             photo,
             "JPEG",

@@ -1,13 +1,14 @@
-"""What a file says of its photo: EXIF, XMP and resolution, put upright as the pixels are."""
+"""EXIF, XMP and resolution, put upright as the pixels are."""
 
 from __future__ import annotations
 
 import re
 import struct
 
+from PIL.ExifTags import Base
+
 from relit.photo.photo import Metadata
 
-ORIENTATION = 0x0112
 EXIF_PREFIX = b"Exif\0\0"
 _XMP_ORIENTATION = re.compile(rb"(tiff:Orientation(?:\s*=\s*[\"']|>))\s*[1-8]")
 
@@ -49,7 +50,7 @@ def _take_orientation(exif: bytes) -> tuple[int, bytes | None]:
         end = start + 2 + 12 * count
         for entry in range(start + 2, end, 12):
             tag, kind = struct.unpack_from(f"{order}HH", block, entry)
-            if tag == ORIENTATION:
+            if tag == Base.Orientation:
                 value = f"{order}{'I' if kind == 4 else 'H'}"
                 (orientation,) = struct.unpack_from(value, block, entry + 8)
                 struct.pack_into(value, block, entry + 8, 1)

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
-from PIL import Image, ImageFile
+from PIL import Image
 
 from relit.errors import ImageError
 from relit.photo.codecs.metadata import resolution
@@ -17,6 +17,7 @@ from relit.photo.photo import Metadata, Photo
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from types import ModuleType
 
     from numpy.typing import NDArray
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from relit.photo.photo import JpegSettings
 
 _MODES = {"1": "L", "L": "L", "P": "RGB", "RGB": "RGB", "RGBA": "RGBA"}
-#: Of JPEG and WebP, unless a photo says otherwise.
+#: Of WebP, and of a JPEG that has no settings of its own.
 QUALITY = 95
 _PILLOW = threading.Lock()
 _ROWS = 256
@@ -33,30 +34,26 @@ _RUNS, _MOST_IN_RUNS = (1, 2), 10_000_000
 
 
 @contextmanager
-def quiet_pillow() -> Iterator[None]:
-    """Keep Pillow from warning of odd metadata, which is left out, and from its own limit on pixels.
-
-    Warning filters and the limit belong to the whole process: one thread at a time changes them, and only
-    while a header is parsed.
-    """
-    with _PILLOW, warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        limit, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
+def pillow_setting(module: ModuleType, name: str, value: int | None) -> Iterator[None]:
+    """Change a setting of Pillow, which belongs to the whole process: one thread at a time."""
+    with _PILLOW:
+        before = getattr(module, name)
+        setattr(module, name, value)
         try:
             yield
         finally:
-            Image.MAX_IMAGE_PIXELS = limit
+            setattr(module, name, before)
 
 
 @contextmanager
-def buffer_of(size: int) -> Iterator[None]:
-    """Let Pillow save into a buffer of this many bytes; a progressive JPEG must fit one."""
-    with _PILLOW:
-        block, ImageFile.MAXBLOCK = ImageFile.MAXBLOCK, size
-        try:
-            yield
-        finally:
-            ImageFile.MAXBLOCK = block
+def quiet_pillow() -> Iterator[None]:
+    """Keep Pillow from warning of odd metadata, which is left out, and from its own limit on pixels.
+
+    Only for as long as a header is parsed: warning filters, too, belong to the whole process.
+    """
+    with pillow_setting(Image, "MAX_IMAGE_PIXELS", None), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
 
 
 def open_image(stream: BinaryIO, check_size: CheckSize, name: str) -> Image.Image:
@@ -75,7 +72,7 @@ def open_image(stream: BinaryIO, check_size: CheckSize, name: str) -> Image.Imag
 def photo_from(
     image: Image.Image, samples: NDArray[Any] | None = None, jpeg: JpegSettings | None = None
 ) -> Photo:
-    """Return an image and what it says of itself as a photo; palettes become RGB, single bits 8."""
+    """Return an image and its metadata as a photo; palettes become RGB, single bits 8."""
     samples, info = _samples(image) if samples is None else samples, image.info
     metadata = Metadata(info.get("exif"), info.get("xmp"), resolution(*info.get("dpi", (0, 0))))
     return Photo.from_samples(samples, info.get("icc_profile"), metadata, jpeg)

@@ -91,7 +91,7 @@ def _chunks(data: bytes) -> tuple[dict[bytes, bytes], list[memoryview]]:
 
 
 def _text(content: bytes) -> bytes | None:
-    """Return what an iTXt chunk says: keyword, compression flag and method, language, keyword, text."""
+    """Return the text of an iTXt chunk: keyword, compression flag and method, language, keyword, text."""
     rest = content.partition(b"\0")[2]
     text = rest[2:].partition(b"\0")[2].partition(b"\0")[2]
     return _inflate(text) if rest[:1] == b"\1" else text

@@ -13,7 +13,7 @@ import numpy as np
 
 from relit.errors import ImageError
 from relit.photo.photo import Photo
-from relit.photo.pixels import rescale
+from relit.photo.pixels import to_depth
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -49,7 +49,7 @@ def decode_pnm(stream: BinaryIO, check_size: CheckSize) -> Photo:
     else:
         values = np.frombuffer(data, ">u2" if maximum > 255 else np.uint8, count, stated.end() + 1)
     dtype = np.uint8 if maximum < 256 else np.uint16
-    return Photo.from_samples(rescale(values.reshape(height, width, depth), maximum, dtype))
+    return Photo.from_samples(to_depth(values.reshape(height, width, depth), dtype, maximum))
 
 
 def encode_pnm(photo: Photo) -> bytes:
