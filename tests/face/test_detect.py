@@ -16,7 +16,7 @@ from skimage import data
 from relit.errors import FaceNotFoundError, ImageError, RelitError
 from relit.face.detect import _views, detect_faces, detect_landmarks
 from relit.face.face_models import Square, anchors, decode_boxes, overlap, take_crop
-from relit.face.landmarks import SCHEMES
+from relit.face.schemes import SCHEMES
 
 MESH = SCHEMES["mesh478"]
 RIGHT_EYE, LEFT_EYE = list(MESH.right_eye), list(MESH.left_eye)

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from relit.errors import FaceNotFoundError, LandmarkError, OutputError
 from relit.face import landmark_files
 from relit.face.landmark_files import read_landmarks, write_landmarks
-from relit.face.landmarks import SCHEMES, Landmarks
+from relit.face.landmarks import Landmarks
+from relit.face.schemes import SCHEMES
 
 PORTRAITS = Path(__file__).parents[3] / "shared" / "portraits"
 EXTENSIONS = [".pts", ".tem", ".json", ".ljson", ".csv", ".xml"]

@@ -53,18 +53,9 @@ class Square(NamedTuple):
 def see_boxes(
     photo: Image.Image, view: Square, gamma: float, least_score: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Run the detector on a view of an RGB photo; return what `decode_boxes` does.
+    """Run the detector on a view of an RGB photo, black beyond it; return what `decode_boxes` does.
 
-    Parameters
-    ----------
-    photo : PIL.Image.Image
-        RGB.
-    view : Square
-        Where to look; black beyond the photo.
-    gamma : float
-        Exponent of the values in [0, 1]: below 1 brightens.
-    least_score : float
-        Probability from which on a box counts.
+    The values in [0, 1] are taken to the power of `gamma` before: below 1 brightens.
     """
     crop = take_crop(photo, view, _BOX_SIDE, "constant")
     regressors, scores = _run("face_detector.tflite", 2 * crop**gamma - 1)
@@ -72,18 +63,12 @@ def see_boxes(
 
 
 def see_mesh(photo: Image.Image, square: Square, gamma: float) -> tuple[NDArray[np.float64], float]:
-    """Place the mesh in a square of an RGB photo.
+    """Place the mesh in a square of an RGB photo; return its points, (478, 3), and the presence.
 
-    Returns
-    -------
-    points : (478, 3) array
-        ``(x, y, z)`` in px of the photo, z at the scale of x.
-    presence : float
-        Probability that the square shows a face.
+    The points are ``(x, y, z)`` in px of the photo, z at the scale of x.
     """
-    points, presence, _ = _run(
-        "face_landmarks_detector.tflite", take_crop(photo, square, _MESH_SIDE, "nearest") ** gamma
-    )
+    crop = take_crop(photo, square, _MESH_SIDE, "nearest") ** gamma
+    points, presence, _ = _run("face_landmarks_detector.tflite", crop)
     unit = points.reshape(478, 3).astype(np.float64) / _MESH_SIDE
     placed = np.column_stack([square.to_photo(unit[:, :2]), unit[:, 2] * square.side])
     return placed, float(expit(np.float64(presence.item())))
@@ -179,10 +164,9 @@ _local = threading.local()
 
 def _run(model: str, crop: NDArray[np.float32]) -> list[NDArray[np.float32]]:
     """Run a model on one crop; every thread has interpreters of its own, which are not thread-safe."""
-    interpreters: dict[str, Any] = _local.__dict__.setdefault("interpreters", {})
-    if model not in interpreters:
-        interpreters[model] = _load(model)
-    interpreter = interpreters[model]
+    if model not in _local.__dict__:
+        _local.__dict__[model] = _load(model)
+    interpreter = _local.__dict__[model]
     interpreter.set_tensor(interpreter.get_input_details()[0]["index"], crop[None].astype(np.float32))
     interpreter.invoke()
     return [interpreter.get_tensor(output["index"]) for output in interpreter.get_output_details()]

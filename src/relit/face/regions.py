@@ -11,7 +11,8 @@ from scipy.spatial import ConvexHull
 from scipy.special import ndtr
 
 from relit.errors import LandmarkError
-from relit.face.landmarks import SCHEMES, Landmarks
+from relit.face.landmarks import Landmarks
+from relit.face.schemes import SCHEMES
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
