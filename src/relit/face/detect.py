@@ -36,7 +36,7 @@ _GAMMAS = (1.0, 0.45)
 _AROUND = 1.5  # side of the mesh's square over that of the face's box
 _MARGIN = 1.5  # side of the view that gives a tight crop some room, over the photo's longer side
 _OVERVIEW = 1024  # px to look for boxes in, enough for tiles of a quarter; the mesh sees the photo's own
-_EYE_CORNERS = (33, 263)
+_EYE_CORNERS = (33, 263)  # rows of the mesh
 
 _Found = TypeVar("_Found")
 
@@ -109,7 +109,7 @@ def detect_faces(image: NDArray[Any], *, name: str = "image") -> list[Landmarks]
 
 @remembered
 def faces_in(pixels: NDArray[np.uint8]) -> tuple[Landmarks, ...]:
-    """Return what `detect_faces` does: by pixels alone, in 8 bits, so that it can be remembered."""
+    """Return what `detect_faces` does, by pixels of 8 bits alone, so that it can be remembered."""
     photo = Image.fromarray(pixels).convert("RGB")
     factor = max(max(photo.size) // _OVERVIEW, 1)
     for squares in _views(photo.reduce(factor)):
@@ -164,7 +164,7 @@ def _fit(photo: Image.Image, square: Square) -> Landmarks | None:
 
 def _square_round(points: NDArray[np.float64]) -> Square:
     """Return the square to look for a known mesh in: upright to the eyes, 1.5 times as large as the face."""
-    angle = _angle(*points[list(_EYE_CORNERS), :2])
+    angle = _angle(*points[[*_EYE_CORNERS], :2])
     upright = Square(0.0, 0.0, 1.0, -angle).to_photo(points[:, :2] + 0.5)
     low, high = upright.min(axis=0), upright.max(axis=0)
     x, y = Square(0.0, 0.0, 1.0, angle).to_photo((low + high)[None] / 2 + 0.5)[0]

@@ -38,11 +38,15 @@ class Square(NamedTuple):
     side: float
     angle: float = 0.0
 
+    @property
+    def turn(self) -> NDArray[np.float64]:
+        """The rotation, a matrix to multiply ``(x, y)`` rows with, and (row, column) columns."""
+        cos, sin = np.cos(self.angle), np.sin(self.angle)
+        return np.array([[cos, sin], [-sin, cos]])
+
     def to_photo(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (n, 2) points of the unit square as ``(x, y)`` in the photo."""
-        cos, sin = np.cos(self.angle), np.sin(self.angle)
-        turn = np.array([[cos, sin], [-sin, cos]])
-        return np.asarray((points - 0.5) * self.side @ turn + (self.x, self.y))
+        return np.asarray((points - 0.5) * self.side @ self.turn + (self.x, self.y))
 
     def scaled(self, factor: float) -> Square:
         """Return the same square of the photo enlarged; its corner, not its first pixel's centre, stays."""
@@ -149,12 +153,10 @@ def take_crop(
     # Pixel (0, 0) of the part has its centre here, in px of the photo.
     origin = low + (factor - 1) / 2
     first = (square.to_photo(np.array([[0.5, 0.5]]) / size)[0] - origin) / factor
-    cos, sin = np.cos(square.angle) * step / factor, np.sin(square.angle) * step / factor
-    turn = np.array([[cos, sin], [-sin, cos]])  # (row, column) of the crop to (row, column) of the part
-    shape = (size, size)
+    turn = square.turn * step / factor  # (row, column) of the crop to (row, column) of the part
     planes = [
-        affine_transform(part[..., k], turn, first[::-1], shape, output=np.float32, order=1, mode=outside)
-        for k in range(3)
+        affine_transform(plane, turn, first[::-1], (size, size), output=np.float32, order=1, mode=outside)
+        for plane in np.moveaxis(part, 2, 0)
     ]
     return np.stack(planes, axis=-1)
 

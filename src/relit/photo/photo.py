@@ -112,7 +112,9 @@ class Photo:
     @property
     def samples(self) -> NDArray[Any]:
         """The pixels as they lie in a file, ``(H, W, C)``, alpha behind."""
-        return np.dstack([self.pixels] if self.alpha is None else [self.pixels, self.alpha])
+        if self.alpha is None:
+            return np.ascontiguousarray(self.pixels).reshape(*self.pixels.shape[:2], -1)
+        return np.dstack([self.pixels, self.alpha])
 
     @property
     def is_grey(self) -> bool:
