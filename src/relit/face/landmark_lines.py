@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 # Enough digits to add and subtract 1 without rounding, whatever the number: a .pts file counts pixels from 1.
 _EXACT = Context(prec=1100)
 
+_Row = tuple[int, list[str]]  # the number of its line, and its cells
+
 
 class Face(NamedTuple):
     """One face of a file as it stands there, not yet checked."""
@@ -109,16 +111,6 @@ def write_tem(landmarks: Landmarks, _image_name: str) -> str:
     return f"{len(landmarks)}\n{rows}0\n"
 
 
-class _Row(NamedTuple):
-    """A row of a table: the number of its line, and its cells by column."""
-
-    line: int
-    cells: dict[str, str]
-
-    def numbers(self, columns: list[str]) -> list[float]:
-        return [number(self.cells[column], f"line {self.line}, column {column}") for column in columns]
-
-
 def read_csv(data: bytes) -> list[Face]:
     """Read a table of x, y and perhaps z, with or without a header, or what OpenFace writes."""
     (first, header), *rows = _table(data) or [(1, [""])]
@@ -134,16 +126,16 @@ def read_csv(data: bytes) -> list[Face]:
     for line, cells in rows:
         if len(cells) != len(names):
             raise LandmarkError(f"line {line}: expected {len(names)} columns, found {len(cells)}; correct it")
-    table = [_Row(line, dict(zip(names, cells, strict=True))) for line, cells in rows]
+    columns = {name: index for index, name in enumerate(names)}
     if openface:
-        return _openface(names, table)
-    if not {"x", "y"} <= set(names):
+        return _openface(names, columns, rows)
+    if not {"x", "y"} <= columns.keys():
         raise LandmarkError(
             f"line {first}: expected columns x and y, or OpenFace's x_0, y_0, ...; "
             f"found {reprlib.repr(','.join(header))}"
         )
-    axes = [axis for axis in "xyz" if axis in names]
-    return [Face([row.numbers(axes) for row in table])]
+    axes = [axis for axis in "xyz" if axis in columns]
+    return [Face([[_cell(row, axis, columns) for axis in axes] for row in rows])]
 
 
 def write_csv(landmarks: Landmarks, _image_name: str) -> str:
@@ -152,10 +144,10 @@ def write_csv(landmarks: Landmarks, _image_name: str) -> str:
     return "\n".join([header, *(",".join(map(written, row)) for row in landmarks.points)]) + "\n"
 
 
-def _table(data: bytes) -> list[tuple[int, list[str]]]:
-    """Return the rows that say something, with the numbers of their lines."""
+def _table(data: bytes) -> list[_Row]:
+    """Return the rows that are neither blank nor comments."""
     reader = csv.reader(io.StringIO(text_of(data), newline=""))
-    rows = []
+    rows: list[_Row] = []
     try:
         for row in reader:
             cells = [cell.strip() for cell in row]
@@ -168,24 +160,28 @@ def _table(data: bytes) -> list[tuple[int, list[str]]]:
     return rows
 
 
-def _openface(names: list[str], rows: list[_Row]) -> list[Face]:
+def _openface(names: list[str], columns: dict[str, int], rows: list[_Row]) -> list[Face]:
     """Return the faces of what OpenFace writes, a row each."""
     count = max(sum(re.fullmatch(f"{axis}_[0-9]+", name) is not None for name in names) for axis in "xy")
-    pairs = [[f"x_{i}", f"y_{i}"] for i in range(count)]
-    columns = set(names)
+    pairs = [(f"x_{i}", f"y_{i}") for i in range(count)]
     if missing := [name for pair in pairs for name in pair if name not in columns]:
         raise LandmarkError(
             f"OpenFace's column {missing[0]} is missing; let it write its 2-D landmarks again"
         )
     return [
         Face(
-            [row.numbers(pair) for pair in pairs],
-            f"line {row.line}",
-            confidence=row.numbers(["confidence"])[0] if "confidence" in columns else None,
+            [[_cell(row, x, columns), _cell(row, y, columns)] for x, y in pairs],
+            f"line {row[0]}",
+            confidence=_cell(row, "confidence", columns) if "confidence" in columns else None,
         )
         for row in rows
-        if "success" not in columns or row.numbers(["success"])[0]
+        if "success" not in columns or _cell(row, "success", columns)
     ]
+
+
+def _cell(row: _Row, column: str, columns: dict[str, int]) -> float:
+    line, cells = row
+    return number(cells[columns[column]], f"line {line}, column {column}")
 
 
 def _is_number(text: str) -> bool:
@@ -197,7 +193,7 @@ def _is_number(text: str) -> bool:
 
 
 def _lines(data: bytes) -> list[tuple[int, str]]:
-    """Return the lines that say something, with their numbers."""
+    """Return the lines that are neither blank nor comments, with their numbers."""
     stripped = (re.split("#|//", line)[0].strip() for line in text_of(data).splitlines())
     return [(line, text) for line, text in enumerate(stripped, 1) if text]
 
