@@ -6,7 +6,8 @@ from PIL import Image
 from skimage import data
 
 import relit
-from relit.photo.photo import Photo, write_image
+from relit.photo.photo import Photo
+from relit.photo.writing import write_image
 
 
 @pytest.fixture

@@ -8,8 +8,9 @@ from relit.errors import FaceNotFoundError, ImageError, LandmarkError, OptionErr
 from relit.face.landmark_files import read_landmarks
 from relit.face.landmarks import Landmarks
 from relit.face.outline import face_outline
-from relit.photo.photo import Photo, read_image
+from relit.photo.photo import Photo
 from relit.photo.pixels import DARKEST
+from relit.photo.reading import read_image
 from relit.relighting import transfer
 from relit.settings.options import TransferOptions
 

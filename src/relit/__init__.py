@@ -31,8 +31,10 @@ if TYPE_CHECKING:
     from relit.face.landmark_files import read_landmarks, write_landmarks
     from relit.face.landmarks import Landmarks
     from relit.ltv.decomposition import Decomposition, decompose, normalize
-    from relit.photo.photo import Photo, read_image, write_image
+    from relit.photo.photo import Photo
+    from relit.photo.reading import read_image
     from relit.photo.samples import sample
+    from relit.photo.writing import write_image
     from relit.relighting import transfer
     from relit.results import Lighting, TransferResult
     from relit.settings.options import TransferOptions
@@ -71,13 +73,13 @@ _HOME = {
     "detect_faces": "face.detect",
     "detect_landmarks": "face.detect",
     "normalize": "ltv.decomposition",
-    "read_image": "photo.photo",
+    "read_image": "photo.reading",
     "read_landmarks": "face.landmark_files",
     "sample": "photo.samples",
     "transfer": "relighting",
     "tv_l1": "solver.exact",
     "tv_l1_isotropic": "solver.isotropic",
-    "write_image": "photo.photo",
+    "write_image": "photo.writing",
     "write_landmarks": "face.landmark_files",
 }
 

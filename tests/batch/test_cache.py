@@ -21,7 +21,7 @@ from relit.errors import FaceNotFoundError, ImageError, OptionError, OutputError
 from relit.face import detect
 from relit.ltv import decomposition as ltv
 from relit.methods import explained_face as explained
-from relit.photo.photo import read_image
+from relit.photo.reading import read_image
 from relit.photo.resampling import reduced
 from relit.photo.samples import sample
 from relit.relighting import transfer
@@ -526,7 +526,7 @@ def test_pairs_cost_a_split_and_a_search_for_each_photo(tmp_path, faces):
     code = (
         COUNTING
         + """
-    from relit.photo.photo import read_image
+    from relit.photo.reading import read_image
     from relit.relighting import transfer
     turn = int({turn})
     with DiskCache(Path({folder!r}), 1_000_000_000).open():

@@ -12,7 +12,7 @@ import pytest
 
 from relit.batch.places import exists, expand, join, masked, read_bytes, write_atomically
 from relit.errors import ImageError, OptionError, OutputError
-from relit.photo.photo import PHOTO_SUFFIXES
+from relit.photo.reading import PHOTO_SUFFIXES
 from relit.train.reference_pool import ReferencePool
 from tests.web import web
 

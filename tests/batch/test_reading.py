@@ -18,7 +18,7 @@ from relit.batch.cache import DiskCache
 from relit.batch.places import version_of
 from relit.batch.reading import Shelf
 from relit.errors import ImageError
-from relit.photo.photo import read_image
+from relit.photo.reading import read_image
 from tests.web import web
 
 

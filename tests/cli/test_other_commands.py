@@ -12,8 +12,9 @@ from relit import figures
 from relit.face.landmark_files import write_landmarks
 from relit.ltv.decomposition import decompose, normalize
 from relit.ltv.g_value import automatic_lam
-from relit.photo.photo import Photo, write_image
+from relit.photo.photo import Photo
 from relit.photo.samples import sample
+from relit.photo.writing import write_image
 from relit.warp import alignment
 from tests.cli.photos import as_16_bits, rgb_profile
 from tests.command import FACES, listing, pixels_of

@@ -13,7 +13,7 @@ from PIL import Image
 
 from relit.face.detect import detect_landmarks
 from relit.face.landmark_files import write_landmarks
-from relit.photo.photo import read_image
+from relit.photo.reading import read_image
 from relit.photo.samples import sample
 
 resource = pytest.importorskip("resource", reason="needs the limits and signals of POSIX")
@@ -74,7 +74,7 @@ MOMENTS = {
     "reading": ("relit.cli.terminal", "read_image"),
     "finding the face": ("relit.inputs", "check_pair"),
     "solving": ("relit.methods.shading", "explained_faces"),
-    "encoding": ("relit.photo.photo", "put"),
+    "encoding": ("relit.photo.writing", "save"),
     "writing": ("os", "fsync"),
     "naming": ("pathlib", "Path.hardlink_to"),
 }

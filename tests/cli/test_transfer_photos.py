@@ -10,7 +10,9 @@ import tifffile
 from PIL import Image, ImageCms
 
 from relit import relighting
-from relit.photo.photo import Photo, read_image, write_image
+from relit.photo.photo import Photo
+from relit.photo.reading import read_image
+from relit.photo.writing import write_image
 from tests.cli.photos import ROLES, as_16_bits, grey_profile, rgb_profile
 from tests.command import FACES, TRANSFER, in_library, pixels_of
 from tests.faces import off_the_face

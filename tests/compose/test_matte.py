@@ -14,8 +14,8 @@ from relit.face.outline import face_outline
 from relit.face.regions import FaceRegions
 from relit.face.views import whole
 from relit.photo.color import luma
-from relit.photo.photo import read_image
 from relit.photo.pixels import to_unit
+from relit.photo.reading import read_image
 from relit.photo.resampling import reduced
 from relit.photo.samples import sample
 from relit.relighting import transfer

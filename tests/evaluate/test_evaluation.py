@@ -17,8 +17,9 @@ from relit.evaluate.evaluation import Outcome, evaluate, images_of, summaries
 from relit.evaluate.figure import difference_histogram, truth_figure
 from relit.evaluate.scores import Scores
 from relit.evaluate.yale_b import FRONTAL, Light, YaleB
-from relit.photo.photo import read_image, write_image
+from relit.photo.reading import read_image
 from relit.photo.samples import sample
+from relit.photo.writing import write_image
 from relit.settings.options import TransferOptions
 
 LTV = {"ltv": TransferOptions(method="ltv")}

@@ -13,7 +13,7 @@ from scipy.ndimage import shift
 from skimage.metrics import structural_similarity
 
 from relit.face.landmarks import Landmarks
-from relit.photo.photo import read_image
+from relit.photo.reading import read_image
 from relit.relighting import transfer
 
 EVERY = 6  # of the 528 rows

@@ -13,7 +13,7 @@ from skimage import data
 from relit.errors import FaceNotFoundError, ImageError, RelitError
 from relit.face.detect import _views, detect_faces, detect_landmarks
 from relit.face.face_models import Square, take_crop
-from relit.face.landmarks import SCHEMES
+from relit.face.schemes import SCHEMES
 from tests.face.irises import LEFT_IRIS, RIGHT_IRIS, distance
 
 MESH = SCHEMES["mesh478"]

@@ -9,7 +9,7 @@ from PIL import Image, ImageDraw
 from relit.errors import FaceNotFoundError
 from relit.face.detect import detect_faces, detect_landmarks
 from relit.face.landmarks import Landmarks
-from relit.photo.photo import read_image
+from relit.photo.reading import read_image
 from relit.photo.samples import sample
 from relit.relighting import transfer
 

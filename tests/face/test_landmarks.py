@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from relit.errors import LandmarkError
-from relit.face.landmarks import SCHEMES, Landmarks, as_landmarks, check_inside, check_pair, control_rows
+from relit.face.landmarks import Landmarks, as_landmarks, check_inside, check_pair, control_rows
+from relit.face.schemes import SCHEMES
 
 PORTRAITS = Path(__file__).parents[3] / "shared" / "portraits"
 TRIANGLE = [[10.0, 20.0], [50.0, 20.0], [30.0, 60.0]]

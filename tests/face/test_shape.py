@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from relit.face.detect import detect_landmarks
 from relit.face.landmarks import Landmarks
 from relit.face.shape import face_shape, with_depth
-from relit.photo.photo import read_image
+from relit.photo.reading import read_image
 from relit.photo.samples import sample
 
 

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from relit.errors import LandmarkError, OutputError
 from relit.face.landmark_files import read_landmarks, write_landmarks
-from relit.face.landmarks import SCHEMES, Landmarks
+from relit.face.landmarks import Landmarks
+from relit.face.schemes import SCHEMES
 from tests.face.landmark_texts import CSV, DEPTH, EXTENSIONS, FACE, save, scattered
 
 

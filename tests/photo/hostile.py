@@ -19,7 +19,9 @@ import numpy as np
 
 from relit.errors import RelitError
 from relit.face.landmark_files import read_landmarks
-from relit.photo.photo import Photo, read_image, write_image
+from relit.photo.photo import Photo
+from relit.photo.reading import read_image
+from relit.photo.writing import write_image
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator

@@ -10,7 +10,8 @@ import numpy as np
 import tifffile
 from PIL import Image
 
-from relit.photo.photo import read_image, write_image
+from relit.photo.reading import read_image
+from relit.photo.writing import write_image
 
 DEPTHS = [np.uint8, np.uint16, np.float32]
 CHANNELS = [1, 2, 3, 4]

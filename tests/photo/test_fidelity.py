@@ -16,8 +16,10 @@ from skimage.color import deltaE_ciede2000
 from relit.cli.app import main
 from relit.face.detect import detect_landmarks
 from relit.face.landmark_files import read_landmarks, write_landmarks
-from relit.photo.photo import JpegSettings, Metadata, Photo, read_image, write_image
+from relit.photo.photo import JpegSettings, Metadata, Photo
+from relit.photo.reading import read_image
 from relit.photo.samples import sample as sample_photo
+from relit.photo.writing import write_image
 from tests import faces
 from tests.photo.photo_files import (
     ADOBE_RGB,

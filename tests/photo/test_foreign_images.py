@@ -8,7 +8,9 @@ from PIL import Image
 
 from relit.errors import ImageError
 from relit.photo.foreign_images import opened, pixels_of
-from relit.photo.photo import Photo, read_image, write_image
+from relit.photo.photo import Photo
+from relit.photo.reading import read_image
+from relit.photo.writing import write_image
 
 GREY = np.arange(96, dtype=np.uint8).reshape(8, 12)
 COLOUR = np.dstack([GREY, GREY + 50, 200 - GREY])

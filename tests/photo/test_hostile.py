@@ -22,7 +22,7 @@ from relit import inputs
 from relit.cli import app as cli
 from relit.errors import FaceNotFoundError, ImageError, LandmarkError
 from relit.face.landmark_files import read_landmarks
-from relit.photo.photo import read_image
+from relit.photo.reading import read_image
 from relit.photo.samples import sample
 
 
@@ -237,7 +237,7 @@ class TestSources:
     def test_a_photo_that_takes_more_than_it_should(self):
         wide = np.zeros((10, 10, 3), np.float32)
         file = io.BytesIO()
-        from relit.photo.photo import write_image
+        from relit.photo.writing import write_image
 
         write_image(file, wide, format="tiff")
         with pytest.raises(ImageError, match="claims 10x10 px of 12 bytes each, more than"):

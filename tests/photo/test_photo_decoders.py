@@ -13,7 +13,7 @@ import pytest
 import tifffile
 from PIL import Image
 
-from relit.photo.photo import read_image
+from relit.photo.reading import read_image
 from tests.photo.photo_files import (
     CHANNELS,
     DEPTHS,

@@ -13,8 +13,10 @@ import numpy as np
 import pytest
 
 from relit.errors import ImageError, OutputError
-from relit.photo import photo as image
-from relit.photo.photo import Metadata, Photo, check_destination, read_image, write_image
+from relit.photo.codecs import formats as codecs
+from relit.photo.photo import Metadata, Photo
+from relit.photo.reading import read_image
+from relit.photo.writing import check_destination, write_image
 from tests.photo.photo_files import (
     P3,
     XMP,
@@ -196,7 +198,7 @@ class TestDestinations:
         path = tmp_path / "a.png"
         path.write_bytes(b"old")
         if stage == "encode":
-            monkeypatch.setitem(image.FORMATS, "PNG", replace(image.FORMATS["PNG"], encode=fail))
+            monkeypatch.setitem(codecs.FORMATS, "PNG", replace(codecs.FORMATS["PNG"], encode=fail))
         else:
             monkeypatch.setattr(os, stage, fail)
         with pytest.raises((KeyboardInterrupt, OSError)):
@@ -206,6 +208,6 @@ class TestDestinations:
 
 
 def test_the_heavy_libraries_wait_until_they_are_needed():
-    code = "import sys, relit.image; print(*{'imagecodecs', 'tifffile'} & set(sys.modules))"
+    code = "import sys, relit.photo.writing; print(*{'imagecodecs', 'tifffile'} & set(sys.modules))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert found.strip() == ""

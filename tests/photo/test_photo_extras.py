@@ -11,7 +11,9 @@ import tifffile
 from PIL import Image
 
 from relit.errors import ImageError, OutputError
-from relit.photo.photo import Photo, check_destination, read_image, write_image
+from relit.photo.photo import Photo
+from relit.photo.reading import read_image
+from relit.photo.writing import check_destination, write_image
 from tests.photo.photo_files import (
     P3,
     P3_TO_XYZ,

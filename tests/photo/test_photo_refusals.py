@@ -19,7 +19,8 @@ from PIL import Image
 from relit.errors import ImageError
 from relit.photo.codecs import formats as codecs
 from relit.photo.codecs.pillow import quiet_pillow
-from relit.photo.photo import Metadata, Photo, read_image
+from relit.photo.photo import Metadata, Photo
+from relit.photo.reading import read_image
 from tests.photo.photo_files import (
     P3,
     XMP,
@@ -244,7 +245,9 @@ def test_odd_files_print_nothing(tmp_path):
     odd[offset + 2] = 99  # no data type
     (tmp_path / "odd.tif").write_bytes(odd)
     (tmp_path / "odd.png").write_bytes(png(sample(np.uint8), before=chunk(b"iCCP", b"x\0\0junk")))
-    code = "import sys; from relit.photo.photo import read_image; [read_image(name) for name in sys.argv[1:]]"
+    code = (
+        "import sys; from relit.photo.reading import read_image; [read_image(name) for name in sys.argv[1:]]"
+    )
     command = [sys.executable, "-c", code, tmp_path / "odd.tif", tmp_path / "odd.png"]
     done = subprocess.run(command, capture_output=True, check=True)
     assert (done.stdout, done.stderr) == (b"", b"")

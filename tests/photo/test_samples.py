@@ -10,7 +10,7 @@ from skimage import data
 
 from relit.errors import OptionError, OutputError
 from relit.face.detect import detect_faces
-from relit.photo.photo import read_image
+from relit.photo.reading import read_image
 from relit.photo.samples import SAMPLES, copy_samples, sample
 
 

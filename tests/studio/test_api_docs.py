@@ -12,7 +12,7 @@ from PIL import Image
 
 from benchmarks.load import BOUND
 from relit import studio
-from relit.photo.photo import read_image
+from relit.photo.reading import read_image
 from relit.photo.samples import copy_samples
 from relit.relighting import transfer
 from relit.studio.app import MOST_BYTES, MOST_PIXELS, create_app

@@ -13,7 +13,7 @@ from PIL import Image
 
 from relit.cli import app as cli
 from relit.face.landmark_files import read_landmarks
-from relit.photo.photo import read_image
+from relit.photo.reading import read_image
 from relit.photo.samples import sample
 from relit.relighting import transfer
 from relit.settings.options import TransferOptions

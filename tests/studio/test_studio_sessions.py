@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from relit.photo.photo import read_image
+from relit.photo.reading import read_image
 from relit.photo.samples import sample
 from relit.runtime.memo import remembered
 from relit.studio import sessions as module

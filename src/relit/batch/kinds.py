@@ -12,7 +12,7 @@ from relit.face.detect import detect_landmarks
 from relit.face.landmark_files import landmarks_as_bytes, landmarks_from
 from relit.face.landmarks import check_inside
 from relit.photo.atomic_files import NamedBytes
-from relit.photo.photo import check_destination, write_image
+from relit.photo.writing import check_destination, write_image
 from relit.relighting import transfer
 from relit.splitting import Splitting, grey_like
 

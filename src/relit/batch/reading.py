@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 from relit.batch import places
 from relit.batch.jobs import File
 from relit.photo.atomic_files import NamedBytes
-from relit.photo.photo import Photo, read_image
+from relit.photo.photo import Photo
 from relit.photo.pixels import check_pixels
+from relit.photo.reading import read_image
 from relit.runtime.lru import LRU
 from relit.runtime.memo import remembered
 

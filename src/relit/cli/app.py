@@ -77,7 +77,7 @@ def align(target: str, reference: str, output: str, force: bool, as_json: bool, 
     settings = settings_of(given)
     check_streams(output, as_json, target, reference)
 
-    from relit.photo.photo import check_destination, write_image
+    from relit.photo.writing import check_destination, write_image
     from relit.warp.alignment import align as run
 
     with progress("Reading the photos"):
@@ -127,7 +127,7 @@ def landmarks(
 
     from relit.face.landmark_files import check_landmark_destination, write_landmarks
     from relit.figures import landmark_overlay
-    from relit.photo.photo import check_destination, write_image
+    from relit.photo.writing import check_destination, write_image
 
     if output:
         check_landmark_destination(output, overwrite=force)

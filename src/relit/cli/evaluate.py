@@ -95,7 +95,7 @@ def evaluate(
     from relit.evaluate.evaluation import evaluate as run
     from relit.evaluate.evaluation import summaries
     from relit.photo.atomic_files import check_free, save_atomically
-    from relit.photo.photo import check_destination
+    from relit.photo.writing import check_destination
     from relit.runtime.threads import available
 
     options = [settings_of({**given, "lam": lam}) for lam in lams]
@@ -154,7 +154,7 @@ def _draw(
     from relit.evaluate.cases import swapped
     from relit.evaluate.evaluation import images_of
     from relit.evaluate.figure import truth_figure
-    from relit.photo.photo import write_image
+    from relit.photo.writing import write_image
 
     rows = {"case": case} | ({"swapped": swapped(case)} if folder else {})
     name = next(iter(methods))

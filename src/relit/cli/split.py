@@ -118,7 +118,7 @@ def normalize(
     if output == "-" and as_json:
         raise click.UsageError("stdout cannot take both the photo and --json; write the photo to a file.")
 
-    from relit.photo.photo import check_destination, write_image
+    from relit.photo.writing import check_destination, write_image
     from relit.splitting import grey_like
 
     photo = read_photo(image)

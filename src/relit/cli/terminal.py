@@ -13,8 +13,10 @@ import click
 
 from relit.errors import OptionError, OutputError, RelitError
 from relit.photo.atomic_files import check_free
-from relit.photo.photo import Photo, read_image, write_image
+from relit.photo.photo import Photo
 from relit.photo.pixels import check_pixels
+from relit.photo.reading import read_image
+from relit.photo.writing import write_image
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence

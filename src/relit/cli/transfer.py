@@ -29,7 +29,7 @@ from relit.cli.terminal import (
     warn_of_folds,
 )
 from relit.errors import ImageError
-from relit.photo.photo import read_image
+from relit.photo.reading import read_image
 from relit.runtime.timing import Stopwatch
 from relit.settings.options import TransferOptions
 from relit.settings_file import Settings, read_settings
@@ -110,7 +110,7 @@ def transfer(
         raise click.UsageError("--all-faces goes with no --face, --target-landmarks, --stages or --sheet.")
 
     from relit.figures import STAGES, comparison_sheet
-    from relit.photo.photo import check_destination, write_image
+    from relit.photo.writing import check_destination, write_image
 
     folder = None
     if stages is not None:

@@ -28,7 +28,7 @@ from scipy.ndimage import shift
 from relit.errors import ImageError, LandmarkError, OptionError
 from relit.face.detect import detect_landmarks
 from relit.face.landmarks import Landmarks
-from relit.photo.photo import read_image
+from relit.photo.reading import read_image
 
 
 class Light(NamedTuple):

@@ -10,7 +10,7 @@ that no box fits; tiles of a half and a quarter of the photo's size, for small f
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from PIL import Image
@@ -39,7 +39,9 @@ _GAMMAS = (1.0, 0.45)
 _AROUND = 1.5  # side of the mesh's square over that of the face's box
 _MARGIN = 1.5  # side of the view that gives a tight crop some room, over the photo's longer side
 _OVERVIEW = 1024  # px to look for boxes in, enough for tiles of a quarter; the mesh sees the photo's own
-_EYE_CORNERS = (33, 263)
+_EYE_CORNERS = (33, 263)  # rows of the mesh
+
+_Found = TypeVar("_Found")
 
 
 def detect_landmarks(image: AnyImage, *, face: int = 0, name: str = "image") -> Landmarks:
@@ -69,7 +71,6 @@ def detect_landmarks(image: AnyImage, *, face: int = 0, name: str = "image") -> 
 
     Examples
     --------
-    >>> import numpy as np
     >>> detect_landmarks(np.zeros((64, 64), np.uint8), name="target")
     Traceback (most recent call last):
         ...
@@ -91,21 +92,14 @@ no more than 75°, or place landmarks by hand (in relit studio, or --target-land
 
 
 def detect_faces(image: AnyImage, *, name: str = "image") -> list[Landmarks]:
-    """Return the landmarks of all faces found, the largest first.
+    """Return the landmarks of all faces found, the largest first; none where there is no face.
 
     A photo in which the whole view finds a face is not searched for smaller ones in tiles.
 
     Parameters
     ----------
-    image : array, Photo, PIL image, torch tensor, or path
-        Grey or sRGB, as of `relit.transfer`.
-    name : str
-        The image's name, for messages.
-
-    Returns
-    -------
-    list of Landmarks
-        As of `detect_landmarks`; empty where there is no face.
+    image, name
+        As of `detect_landmarks`.
 
     Raises
     ------
@@ -118,12 +112,13 @@ def detect_faces(image: AnyImage, *, name: str = "image") -> list[Landmarks]:
 
 @remembered
 def faces_in(pixels: NDArray[np.uint8]) -> tuple[Landmarks, ...]:
-    """Return what `detect_faces` does: all that it knows of a photo are its pixels, in 8 bits."""
+    """Return what `detect_faces` does, by pixels of 8 bits alone, so that it can be remembered."""
     photo = Image.fromarray(pixels).convert("RGB")
     factor = max(max(photo.size) // _OVERVIEW, 1)
     for squares in _views(photo.reduce(factor)):
-        faces = _distinct([fit for square in squares if (fit := _fit(photo, square.scaled(factor)))])
-        if faces:
+        fits = [fit for square in squares if (fit := _fit(photo, square.scaled(factor)))]
+        if fits:
+            faces = _distinct([(face.confidence or 0, _square_round(face.points), face) for face in fits])
             return tuple(sorted(faces, key=lambda face: -face.interocular_distance))
     return ()
 
@@ -132,43 +127,31 @@ def _views(photo: Image.Image) -> Iterator[list[Square]]:
     """Yield lists of squares that may hold a face, the most promising first."""
     width, height = photo.size
     middle, longest = ((width - 1) / 2, (height - 1) / 2), max(width, height)
-    upright = [Square(*middle, longest), Square(*middle, _MARGIN * longest)]
-    turned = [Square(*middle, longest, quarters * np.pi / 2) for quarters in (1, 2, 3)]
-    yield _boxes(
-        photo,
-        [(view, _LEAST_SCORE) for view in upright] + [(view, _LEAST_SCORE_ELSEWHERE) for view in turned],
-    )
+    upright = [(Square(*middle, side), _LEAST_SCORE) for side in (longest, _MARGIN * longest)]
+    turns = [Square(*middle, longest, quarters * np.pi / 2) for quarters in (1, 2, 3)]
+    yield _boxes(photo, upright + [(turn, _LEAST_SCORE_ELSEWHERE) for turn in turns])
     # As if a face filled the photo.
     yield [Square(*middle, _AROUND * min(width, height))]
     for parts in (2, 4):
         side = longest / parts
         # Half a tile apart, so that a face cut by one tile is whole in another.
-        places = [
+        across, down = (
             np.linspace(side / 2, max(size - side / 2, side / 2), max(int(np.ceil(2 * size / side)) - 1, 1))
             for size in (width, height)
-        ]
-        yield _boxes(
-            photo, [(Square(x, y, side), _LEAST_SCORE_ELSEWHERE) for y in places[1] for x in places[0]]
         )
+        yield _boxes(photo, [(Square(x, y, side), _LEAST_SCORE_ELSEWHERE) for y in down for x in across])
 
 
 def _boxes(photo: Image.Image, views: list[tuple[Square, float]]) -> list[Square]:
-    """Return the squares round the faces that the detector sees in the views, each with its least score.
-
-    Of squares round the same face, seen in several views, the one of the best score stays.
-    """
-    seen: list[tuple[float, Square]] = []
+    """Return the squares round the faces that the detector sees in the views, each with its least score."""
+    seen: list[tuple[float, Square, Square]] = []
     for view, least_score in views:
         for gamma in _GAMMAS:
             for box, score in zip(*see_boxes(photo, view, gamma, least_score), strict=True):
                 (x, y), right, left = (view.to_photo(point[None])[0] for point in (box[0], box[2], box[3]))
-                angle = float(np.arctan2(left[1] - right[1], left[0] - right[0]))
-                seen.append((score, Square(x, y, _AROUND * view.side * float(box[1].max()), angle)))
-    squares: list[Square] = []
-    for _, square in sorted(seen, key=lambda entry: -entry[0]):
-        if not any(_same_place(square, other) for other in squares):
-            squares.append(square)
-    return squares
+                square = Square(x, y, _AROUND * view.side * float(box[1].max()), _angle(right, left))
+                seen.append((score, square, square))
+    return _distinct(seen)
 
 
 def _fit(photo: Image.Image, square: Square) -> Landmarks | None:
@@ -184,22 +167,25 @@ def _fit(photo: Image.Image, square: Square) -> Landmarks | None:
 
 def _square_round(points: NDArray[np.float64]) -> Square:
     """Return the square to look for a known mesh in: upright to the eyes, 1.5 times as large as the face."""
-    right, left = points[list(_EYE_CORNERS), :2]
-    angle = float(np.arctan2(left[1] - right[1], left[0] - right[0]))
+    angle = _angle(*points[[*_EYE_CORNERS], :2])
     upright = Square(0.0, 0.0, 1.0, -angle).to_photo(points[:, :2] + 0.5)
     low, high = upright.min(axis=0), upright.max(axis=0)
     x, y = Square(0.0, 0.0, 1.0, angle).to_photo((low + high)[None] / 2 + 0.5)[0]
     return Square(x, y, _AROUND * float((high - low).max()), angle)
 
 
-def _distinct(faces: list[Landmarks]) -> list[Landmarks]:
-    """Return each face once, with its surest mesh."""
-    kept: list[tuple[Square, Landmarks]] = []
-    for face in sorted(faces, key=lambda face: -(face.confidence or 0)):
-        square = _square_round(face.points)
+def _angle(right: NDArray[np.float64], left: NDArray[np.float64]) -> float:
+    """Return how far a face is turned in the plane of the photo, in radians, by its two eyes."""
+    return float(np.arctan2(left[1] - right[1], left[0] - right[0]))
+
+
+def _distinct(found: list[tuple[float, Square, _Found]]) -> list[_Found]:
+    """Return what was found once for each face: of those in the same place, the one of the best score."""
+    kept: list[tuple[Square, _Found]] = []
+    for _, square, thing in sorted(found, key=lambda entry: -entry[0]):
         if not any(_same_place(square, other) for other, _ in kept):
-            kept.append((square, face))
-    return [face for _, face in kept]
+            kept.append((square, thing))
+    return [thing for _, thing in kept]
 
 
 def _same_place(one: Square, other: Square) -> bool:

@@ -38,11 +38,15 @@ class Square(NamedTuple):
     side: float
     angle: float = 0.0
 
+    @property
+    def turn(self) -> NDArray[np.float64]:
+        """The rotation, a matrix to multiply ``(x, y)`` rows with, and (row, column) columns."""
+        cos, sin = np.cos(self.angle), np.sin(self.angle)
+        return np.array([[cos, sin], [-sin, cos]])
+
     def to_photo(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (n, 2) points of the unit square as ``(x, y)`` in the photo."""
-        cos, sin = np.cos(self.angle), np.sin(self.angle)
-        turn = np.array([[cos, sin], [-sin, cos]])
-        return np.asarray((points - 0.5) * self.side @ turn + (self.x, self.y))
+        return np.asarray((points - 0.5) * self.side @ self.turn + (self.x, self.y))
 
     def scaled(self, factor: float) -> Square:
         """Return the same square of the photo enlarged; its corner, not its first pixel's centre, stays."""
@@ -53,18 +57,9 @@ class Square(NamedTuple):
 def see_boxes(
     photo: Image.Image, view: Square, gamma: float, least_score: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Run the detector on a view of an RGB photo; return what `decode_boxes` does.
+    """Run the detector on a view of an RGB photo, black beyond it; return what `decode_boxes` does.
 
-    Parameters
-    ----------
-    photo : PIL.Image.Image
-        RGB.
-    view : Square
-        Where to look; black beyond the photo.
-    gamma : float
-        Exponent of the values in [0, 1]: below 1 brightens.
-    least_score : float
-        Probability from which on a box counts.
+    The values in [0, 1] are taken to the power of `gamma` before: below 1 brightens.
     """
     crop = take_crop(photo, view, _BOX_SIDE, "constant")
     regressors, scores = _run("face_detector.tflite", 2 * crop**gamma - 1)
@@ -72,18 +67,12 @@ def see_boxes(
 
 
 def see_mesh(photo: Image.Image, square: Square, gamma: float) -> tuple[NDArray[np.float64], float]:
-    """Place the mesh in a square of an RGB photo.
+    """Place the mesh in a square of an RGB photo; return its points, (478, 3), and the presence.
 
-    Returns
-    -------
-    points : (478, 3) array
-        ``(x, y, z)`` in px of the photo, z at the scale of x.
-    presence : float
-        Probability that the square shows a face.
+    The points are ``(x, y, z)`` in px of the photo, z at the scale of x.
     """
-    points, presence, _ = _run(
-        "face_landmarks_detector.tflite", take_crop(photo, square, _MESH_SIDE, "nearest") ** gamma
-    )
+    crop = take_crop(photo, square, _MESH_SIDE, "nearest") ** gamma
+    points, presence, _ = _run("face_landmarks_detector.tflite", crop)
     unit = points.reshape(478, 3).astype(np.float64) / _MESH_SIDE
     placed = np.column_stack([square.to_photo(unit[:, :2]), unit[:, 2] * square.side])
     return placed, float(expit(np.float64(presence.item())))
@@ -164,12 +153,10 @@ def take_crop(
     # Pixel (0, 0) of the part has its centre here, in px of the photo.
     origin = low + (factor - 1) / 2
     first = (square.to_photo(np.array([[0.5, 0.5]]) / size)[0] - origin) / factor
-    cos, sin = np.cos(square.angle) * step / factor, np.sin(square.angle) * step / factor
-    turn = np.array([[cos, sin], [-sin, cos]])  # (row, column) of the crop to (row, column) of the part
-    shape = (size, size)
+    turn = square.turn * step / factor  # (row, column) of the crop to (row, column) of the part
     planes = [
-        affine_transform(part[..., k], turn, first[::-1], shape, output=np.float32, order=1, mode=outside)
-        for k in range(3)
+        affine_transform(plane, turn, first[::-1], (size, size), output=np.float32, order=1, mode=outside)
+        for plane in np.moveaxis(part, 2, 0)
     ]
     return np.stack(planes, axis=-1)
 
@@ -179,10 +166,9 @@ _local = threading.local()
 
 def _run(model: str, crop: NDArray[np.float32]) -> list[NDArray[np.float32]]:
     """Run a model on one crop; every thread has interpreters of its own, which are not thread-safe."""
-    interpreters: dict[str, Any] = _local.__dict__.setdefault("interpreters", {})
-    if model not in interpreters:
-        interpreters[model] = _load(model)
-    interpreter = interpreters[model]
+    if model not in _local.__dict__:
+        _local.__dict__[model] = _load(model)
+    interpreter = _local.__dict__[model]
     interpreter.set_tensor(interpreter.get_input_details()[0]["index"], crop[None].astype(np.float32))
     interpreter.invoke()
     return [interpreter.get_tensor(output["index"]) for output in interpreter.get_output_details()]

@@ -85,21 +85,14 @@ def read_landmarks(
         If the file cannot be read, its content is not what its format asks for, it holds several faces and
         `face` is not given, or the points are unusable (see `Landmarks`).
 
-    See Also
-    --------
-    write_landmarks
-
     Examples
     --------
     >>> import tempfile
-    >>> text = "version: 1\nn_points: 3\n{\n31 41\n71 41\n51 81\n}\n"
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder, "face.pts")
-    ...     _ = path.write_text(text)
-    ...     read_landmarks(path).points
-    array([[30., 40.],
-           [70., 40.],
-           [50., 80.]])
+    ...     _ = path.write_text("version: 1\nn_points: 3\n{\n31 41\n71 41\n51 81\n}\n")
+    ...     read_landmarks(path).points[0]
+    array([30., 40.])
     """
     _format_of(Path(path), format, LandmarkError)
     return landmarks_from(_bytes_of(Path(path)), path, format=format, face=face)
@@ -112,15 +105,7 @@ def landmarks_from(
     format: str | None = None,  # noqa: A002
     face: int | None = None,
 ) -> Landmarks:
-    r"""Return the landmarks of one face from what a landmark file holds.
-
-    Parameters
-    ----------
-    data : bytes
-    name : str or Path
-        What the file is called, for its extension and for messages.
-    format, face : optional
-        As of `read_landmarks`, and so are the errors.
+    r"""Return what `read_landmarks` would read from a file of these bytes and this name.
 
     Examples
     --------
@@ -129,8 +114,11 @@ def landmarks_from(
     """
     path = Path(name)
     read = _format_of(path, format, LandmarkError).read
-    _check_content(data, path)
     try:
+        if len(data) > _MAX_BYTES:
+            raise LandmarkError(f"is larger than {_MAX_BYTES >> 20} MB; give a file of one photo's landmarks")
+        if not data.strip():
+            raise LandmarkError("is empty; write the landmarks again")
         chosen = _choose(read(data), face)
         if not chosen.points:
             raise LandmarkError("holds no points; write the landmarks again")
@@ -147,7 +135,7 @@ def write_landmarks(
     overwrite: bool = False,
     image_name: str = "",
 ) -> None:
-    """Write the landmarks of one face, all at once or not at all.
+    r"""Write the landmarks of one face, all at once or not at all.
 
     Parameters
     ----------
@@ -167,22 +155,14 @@ def write_landmarks(
     OutputError
         If the extension is none of the above, the file exists, or it cannot be written.
 
-    See Also
-    --------
-    read_landmarks
-
     Examples
     --------
     >>> import tempfile
-    >>> face = Landmarks([[30, 40], [70, 40], [50, 80.25]])
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder, "face.csv")
-    ...     write_landmarks(path, face)
-    ...     print(path.read_text(), end="")
-    x,y
-    30,40
-    70,40
-    50,80.25
+    ...     write_landmarks(path, [[30, 40], [70, 40], [50, 80.25]])
+    ...     path.read_text()
+    'x,y\n30,40\n70,40\n50,80.25\n'
     """
     path = Path(path)
     data = landmarks_as_bytes(path, landmarks, format=format, image_name=image_name)
@@ -196,38 +176,25 @@ def landmarks_as_bytes(
     format: str | None = None,  # noqa: A002
     image_name: str = "",
 ) -> bytes:
-    r"""Return what a landmark file of a name holds; parameters and errors are those of `write_landmarks`.
-
-    Examples
-    --------
-    >>> landmarks_as_bytes("face.csv", [[30, 40], [70, 40], [50, 80.25]])
-    b'x,y\n30,40\n70,40\n50,80.25\n'
-    """
+    """Return what `write_landmarks` would write into a file of a name; its errors are the same."""
     write = _format_of(Path(name), format, OutputError).write
     return write(as_landmarks(landmarks, "landmarks"), image_name).encode("utf-8", "replace")
 
 
 def check_landmark_destination(path: str | Path, *, overwrite: bool = False) -> None:
-    """Refuse a place that `write_landmarks` would refuse, before any work goes into the landmarks.
-
-    Raises
-    ------
-    OutputError
-        If the extension is unknown, the folder does not exist, or the file does.
-    """
+    """Refuse a path that `write_landmarks` would refuse, before any work goes into the landmarks."""
     _format_of(Path(path), None, OutputError)
     check_free(Path(path), overwrite=overwrite)
 
 
 def _format_of(path: Path, name: str | None, error: type[LandmarkError | OutputError]) -> _Format:
-    extension = "." + name.removeprefix(".") if name is not None else path.suffix
-    try:
-        return FORMATS[extension.lower()]
-    except KeyError:
+    extension = path.suffix if name is None else "." + name.removeprefix(".")
+    if extension.lower() not in FORMATS:
         raise error(
             f"{path}: unknown landmark format {extension!r}; use one of {', '.join(FORMATS)} "
             "as extension or as format="
-        ) from None
+        )
+    return FORMATS[extension.lower()]
 
 
 def _bytes_of(path: Path) -> bytes:
@@ -239,16 +206,8 @@ def _bytes_of(path: Path) -> bytes:
         raise LandmarkError(f"{path}: cannot be read ({reason}); give the path of a landmark file") from error
 
 
-def _check_content(data: bytes, path: Path) -> None:
-    if len(data) > _MAX_BYTES:
-        raise LandmarkError(
-            f"{path}: is larger than {_MAX_BYTES >> 20} MB; give a file of one photo's landmarks"
-        )
-    if not data.strip():
-        raise LandmarkError(f"{path}: is empty; write the landmarks again")
-
-
 def _choose(faces: list[lines.Face], index: int | None) -> lines.Face:
+    """Return the face of a number, from 0, or the only one."""
     count = len(faces)
     if count == 0:
         raise FaceNotFoundError(

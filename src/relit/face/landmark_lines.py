@@ -14,12 +14,13 @@ import numpy as np
 from relit.errors import LandmarkError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from relit.face.landmarks import Landmarks, SchemeName
+    from relit.face.landmarks import Landmarks
+    from relit.face.schemes import SchemeName
 
 # Enough digits to add and subtract 1 without rounding, whatever the number: a .pts file counts pixels from 1.
 _EXACT = Context(prec=1100)
+
+_Row = tuple[int, list[str]]  # the number of its line, and its cells
 
 
 class Face(NamedTuple):
@@ -52,7 +53,7 @@ def number(text: str, where: str) -> float:
 def written(value: float) -> str:
     """Return the shortest text that reads back as the same float64, never with an exponent.
 
-    WebMorph takes a line with an exponent for a comment, and dlib knows whole numbers only.
+    WebMorph takes a line with an exponent for a comment, and dlib takes whole numbers only.
     """
     return np.format_float_positional(value, trim="-")
 
@@ -64,7 +65,7 @@ def read_pts(data: bytes) -> list[Face]:
     if "{" not in texts or "}" not in texts:
         raise LandmarkError("expected the points between a line '{' and a line '}'; is the file complete?")
     start, end = texts.index("{"), texts.index("}")
-    points = [_position(line, text, _minus_one) for line, text in lines[start + 1 : end]]
+    points = [_position(line, text, first=1) for line, text in lines[start + 1 : end]]
     for line, text in lines[:start]:
         key, _, count = text.partition(":")
         if key.strip().lower() == "n_points" and count.strip() != str(len(points)):
@@ -75,15 +76,16 @@ def read_pts(data: bytes) -> list[Face]:
 
 
 def write_pts(landmarks: Landmarks, _image_name: str) -> str:
-    """Write an iBUG ``.pts`` file; the depth has no place in it."""
-    rows = "".join(f"{_plus_one(x)} {_plus_one(y)}\n" for x, y in landmarks.xy.tolist())
+    """Write an iBUG ``.pts`` file."""
+    counted = ([_EXACT.add(Decimal(repr(value)), 1) for value in point] for point in landmarks.xy.tolist())
+    rows = "".join(f"{x!s} {y!s}\n" for x, y in counted)
     return f"version: 1\nn_points: {len(landmarks)}\n{{\n{rows}}}\n"
 
 
 def read_tem(data: bytes) -> list[Face]:
     """Read a WebMorph or Psychomorph ``.tem`` file: the count, x and y a line, then line definitions.
 
-    A line definition is three lines: closed or open, the number of points, the points. They are counted, as
+    Each definition takes three lines: closed or open, the number of points, the points. They are counted, as
     a check that the file is complete, and passed over, like the description that WebMorph puts behind them.
     """
     lines = _lines(data) or [(1, "")]
@@ -104,43 +106,36 @@ def read_tem(data: bytes) -> list[Face]:
 
 
 def write_tem(landmarks: Landmarks, _image_name: str) -> str:
-    """Write a WebMorph ``.tem`` file without line definitions; the depth has no place in it."""
+    """Write a WebMorph ``.tem`` file without line definitions."""
     rows = "".join(f"{written(x)}\t{written(y)}\n" for x, y in landmarks.xy)
     return f"{len(landmarks)}\n{rows}0\n"
 
 
 def read_csv(data: bytes) -> list[Face]:
     """Read a table of x, y and perhaps z, with or without a header, or what OpenFace writes."""
-    rows = _table(data) or [(1, [""])]
-    line, header = rows[0]
+    (first, header), *rows = _table(data) or [(1, [""])]
     if any(map(_is_number, header)):
         if len(header) not in (2, 3):
             raise LandmarkError(
-                f"line {line}: expected x,y or x,y,z, found {len(header)} columns; add a header"
+                f"line {first}: expected x,y or x,y,z, found {len(header)} columns; add a header"
             )
-        header = ["x", "y", "z"][: len(header)]
-    else:
-        rows = rows[1:]
-    for other, row in rows:
-        if len(row) != len(header):
-            raise LandmarkError(f"line {other}: expected {len(header)} columns, found {len(row)}; correct it")
-    if "x_0" in header:
-        return _openface(header, rows)
-    columns = {name.lower(): index for index, name in enumerate(header)}
+        rows.insert(0, (first, header))
+        header = list("xyz"[: len(header)])
+    openface = "x_0" in header
+    names = header if openface else [name.lower() for name in header]
+    for line, cells in rows:
+        if len(cells) != len(names):
+            raise LandmarkError(f"line {line}: expected {len(names)} columns, found {len(cells)}; correct it")
+    columns = {name: index for index, name in enumerate(names)}
+    if openface:
+        return _openface(names, columns, rows)
     if not {"x", "y"} <= columns.keys():
         raise LandmarkError(
-            f"line {line}: expected columns x and y, or OpenFace's x_0, y_0, ...; "
+            f"line {first}: expected columns x and y, or OpenFace's x_0, y_0, ...; "
             f"found {reprlib.repr(','.join(header))}"
         )
     axes = [axis for axis in "xyz" if axis in columns]
-    return [
-        Face(
-            [
-                [number(row[columns[axis]], f"line {line}, column {axis}") for axis in axes]
-                for line, row in rows
-            ]
-        )
-    ]
+    return [Face([[_cell(row, axis, columns) for axis in axes] for row in rows])]
 
 
 def write_csv(landmarks: Landmarks, _image_name: str) -> str:
@@ -149,43 +144,44 @@ def write_csv(landmarks: Landmarks, _image_name: str) -> str:
     return "\n".join([header, *(",".join(map(written, row)) for row in landmarks.points)]) + "\n"
 
 
-def _table(data: bytes) -> list[tuple[int, list[str]]]:
-    """Return the rows that say something, with the numbers of their lines."""
+def _table(data: bytes) -> list[_Row]:
+    """Return the rows that are neither blank nor comments."""
     reader = csv.reader(io.StringIO(text_of(data), newline=""))
-    rows = []
+    rows: list[_Row] = []
     try:
         for row in reader:
-            fields = [field.strip() for field in row]
-            while fields and not fields[-1]:  # spreadsheets pad short rows with commas
-                fields.pop()
-            if fields and not fields[0].startswith("#"):
-                rows.append((reader.line_num, fields))
+            cells = [cell.strip() for cell in row]
+            while cells and not cells[-1]:  # spreadsheets pad short rows with commas
+                cells.pop()
+            if cells and not cells[0].startswith("#"):
+                rows.append((reader.line_num, cells))
     except csv.Error as error:
         raise LandmarkError(f"line {reader.line_num}: is not CSV ({error}); correct it") from None
     return rows
 
 
-def _openface(header: list[str], rows: list[tuple[int, list[str]]]) -> list[Face]:
-    columns = {name: index for index, name in enumerate(header)}
-    count = max(sum(re.fullmatch(f"{axis}_[0-9]+", name) is not None for name in header) for axis in "xy")
-    missing = [name for i in range(count) for name in (f"x_{i}", f"y_{i}") if name not in columns]
-    if missing:
+def _openface(names: list[str], columns: dict[str, int], rows: list[_Row]) -> list[Face]:
+    """Return the faces of what OpenFace writes, a row each."""
+    count = max(sum(re.fullmatch(f"{axis}_[0-9]+", name) is not None for name in names) for axis in "xy")
+    pairs = [(f"x_{i}", f"y_{i}") for i in range(count)]
+    if missing := [name for pair in pairs for name in pair if name not in columns]:
         raise LandmarkError(
             f"OpenFace's column {missing[0]} is missing; let it write its 2-D landmarks again"
         )
-
-    def cell(line: int, row: list[str], name: str) -> float:
-        return number(row[columns[name]], f"line {line}, column {name}")
-
     return [
         Face(
-            [[cell(line, row, f"x_{i}"), cell(line, row, f"y_{i}")] for i in range(count)],
-            f"line {line}",
-            confidence=cell(line, row, "confidence") if "confidence" in columns else None,
+            [[_cell(row, x, columns), _cell(row, y, columns)] for x, y in pairs],
+            f"line {row[0]}",
+            confidence=_cell(row, "confidence", columns) if "confidence" in columns else None,
         )
-        for line, row in rows
-        if "success" not in columns or cell(line, row, "success")
+        for row in rows
+        if "success" not in columns or _cell(row, "success", columns)
     ]
+
+
+def _cell(row: _Row, column: str, columns: dict[str, int]) -> float:
+    line, cells = row
+    return number(cells[columns[column]], f"line {line}, column {column}")
 
 
 def _is_number(text: str) -> bool:
@@ -197,14 +193,15 @@ def _is_number(text: str) -> bool:
 
 
 def _lines(data: bytes) -> list[tuple[int, str]]:
-    """Return the lines that say something, with their numbers."""
+    """Return the lines that are neither blank nor comments, with their numbers."""
     stripped = (re.split("#|//", line)[0].strip() for line in text_of(data).splitlines())
     return [(line, text) for line, text in enumerate(stripped, 1) if text]
 
 
-def _position(line: int, text: str, parse: Callable[[str], float] = float) -> list[float]:
+def _position(line: int, text: str, first: int = 0) -> list[float]:
+    """Parse x and y where pixels are counted from `first`."""
     try:
-        x, y = map(parse, text.split())
+        x, y = (float(_EXACT.subtract(Decimal(word), 1)) if first else float(word) for word in text.split())
     except (ValueError, ArithmeticError):
         raise LandmarkError(
             f"line {line}: expected two numbers x y, found {reprlib.repr(text)}; correct it"
@@ -216,11 +213,3 @@ def _count(line: int, text: str, what: str) -> int:
     if not re.fullmatch("[0-9]{1,6}", text):
         raise LandmarkError(f"line {line}: expected {what}, found {reprlib.repr(text)}; correct it")
     return int(text)
-
-
-def _minus_one(text: str) -> float:
-    return float(_EXACT.subtract(Decimal(text), 1))
-
-
-def _plus_one(value: float) -> str:
-    return str(_EXACT.add(Decimal(repr(value)), 1))

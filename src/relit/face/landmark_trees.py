@@ -14,7 +14,7 @@ import numpy as np
 
 from relit.errors import LandmarkError
 from relit.face.landmark_lines import Face, number, text_of, written
-from relit.face.landmarks import SCHEMES
+from relit.face.schemes import SCHEMES
 
 if TYPE_CHECKING:
     from relit.face.landmarks import Landmarks
@@ -100,6 +100,7 @@ def write_xml(landmarks: Landmarks, image_name: str) -> str:
 
 
 def _get(node: Any, key: str, kind: type[dict[str, Any]] | type[list[Any]], where: str) -> Any:
+    """Return what an object of the file holds under a key, if that is of the kind expected."""
     value = node.get(key) if isinstance(node, dict) else None
     if not isinstance(value, kind):
         expected = "an object" if kind is dict else "a list"
@@ -114,17 +115,15 @@ def _version_2(document: dict[str, Any]) -> dict[str, Any]:
     points: list[Any] = []
     labels = []
     for index, group in enumerate(_get(document, "groups", list, "the file")):
-        marks = _get(group, "landmarks", list, f"groups[{index}]")
-        labels.append(
-            {"label": group.get("label"), "mask": list(range(len(points), len(points) + len(marks)))}
-        )
-        points += [
-            _get(mark, "point", list, f"groups[{index}].landmarks[{i}]") for i, mark in enumerate(marks)
-        ]
+        where = f"groups[{index}]"
+        start, marks = len(points), _get(group, "landmarks", list, where)
+        points += [_get(mark, "point", list, f"{where}.landmarks[{i}]") for i, mark in enumerate(marks)]
+        labels.append({"label": group.get("label"), "mask": list(range(start, len(points)))})
     return {"landmarks": {"points": points}, "labels": labels}
 
 
 def _ljson_face(group: dict[str, Any], name: str) -> Face:
+    """Return the face of a group of version 3, or of a file of version 2."""
     where = reprlib.repr(name)
     marks = _get(_get(group, "landmarks", dict, name), "points", list, name)
     points = [_image_point(mark, f"{where}, point {row}") for row, mark in enumerate(marks)]
@@ -133,10 +132,8 @@ def _ljson_face(group: dict[str, Any], name: str) -> Face:
             raise LandmarkError(
                 f"{where}: expected 'depth' to be a list of {len(points)} numbers; correct it"
             )
-        points = [
-            [x, y, _value(z, f"{where}, depth {row}")]
-            for row, ((x, y), z) in enumerate(zip(points, depth, strict=True))
-        ]
+        for row, (point, z) in enumerate(zip(points, depth, strict=True)):
+            point.append(_value(z, f"{where}, depth {row}"))
     if (confidence := group.get("confidence")) is not None:
         confidence = _value(confidence, f"{where}, confidence")
     scheme = next((known for known in SCHEMES if known == name), None)
@@ -147,6 +144,7 @@ def _ljson_face(group: dict[str, Any], name: str) -> Face:
 
 
 def _image_point(mark: object, where: str) -> list[float]:
+    """Return ``[x, y]`` of ``[y, x]``."""
     if not isinstance(mark, list) or len(mark) != 2:
         raise LandmarkError(
             f"{where}: expected [y, x], found {reprlib.repr(mark)}; give landmarks of an image"

@@ -1,113 +1,28 @@
-"""Facial landmarks: points, what they mean, how large the face is, and whether they can be used.
+"""Facial landmarks: points, how large the face is, and whether they can be used.
 
-Conventions
------------
 Points are ``(x, y)`` in pixels, pixel centres at integers, origin at the centre of the top left pixel.
-Where a scheme knows a depth, the third column is ``z`` in pixels, growing away from the camera. *Left* and
-*right* are the subject's own, as in anatomy: the right eye is on the left side of a frontal photo.
+Where a depth is known, the third column is ``z`` in pixels, growing away from the camera.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 from scipy.spatial import ConvexHull, cKDTree
 
 from relit.errors import LandmarkError
+from relit.face.schemes import SCHEMES, SchemeName
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
-
-SchemeName = Literal["mesh478", "ibug68", "frl189", "points"]
 
 #: The square root of a face's hull area, in interocular distances: the mean over mesh478 faces, and the
 #: yardstick for hand-made points that do not say where the eyes are.
 _ROOT_AREA_PER_IOD = 2.0
 
 _LARGEST = 1e6  # px: far beyond any photo, far below where float64 arithmetic on squares suffers
-
-
-def _span(first: int, last: int) -> tuple[int, ...]:
-    return tuple(range(first, last + 1))
-
-
-@dataclass(frozen=True)
-class Scheme:
-    """What the rows of a landmark array are.
-
-    Attributes
-    ----------
-    count : int or None
-        Number of points; None where any number goes.
-    right_eye, left_eye : tuple of int
-        Rows whose mean is the eye's centre.
-    outline : tuple of int
-        Rows round the face, in order; empty where the convex hull has to serve.
-    has_forehead : bool
-        Whether the outline reaches the hairline.
-    groups : dict
-        Facial feature → its rows.
-    """
-
-    count: int | None
-    right_eye: tuple[int, ...] = ()
-    left_eye: tuple[int, ...] = ()
-    outline: tuple[int, ...] = ()
-    has_forehead: bool = False
-    groups: dict[str, tuple[int, ...]] | None = None
-
-
-# fmt: off
-_MESH_OVAL = (10, 338, 297, 332, 284, 251, 389, 356, 454, 323, 361, 288, 397, 365, 379, 378, 400, 377, 152,
-              148, 176, 149, 150, 136, 172, 58, 132, 93, 234, 127, 162, 21, 54, 103, 67, 109)
-_MESH_GROUPS = {
-    "oval": _MESH_OVAL,
-    "brows": (46, 53, 52, 65, 55, 70, 63, 105, 66, 107, 276, 283, 282, 295, 285, 300, 293, 334, 296, 336),
-    "eyes": (33, 7, 163, 144, 145, 153, 154, 155, 133, 173, 157, 158, 159, 160, 161, 246,
-             263, 249, 390, 373, 374, 380, 381, 382, 362, 398, 384, 385, 386, 387, 388, 466),
-    "nose": (168, 6, 197, 195, 5, 4, 1, 19, 94, 2, 98, 97, 326, 327, 294, 278, 344, 440, 275, 45, 220, 115,
-             48, 64),
-    "mouth": (61, 146, 91, 181, 84, 17, 314, 405, 321, 375, 291, 409, 270, 269, 267, 0, 37, 39, 40, 185),
-    "inner_mouth": (78, 95, 88, 178, 87, 14, 317, 402, 318, 324, 308, 415, 310, 311, 312, 13, 82, 81,
-                    80, 191),
-    "cheeks": (50, 280, 101, 330, 205, 425, 36, 266, 117, 346, 187, 411, 207, 427, 123, 352, 147, 376, 213,
-               433),
-    "forehead": (9, 8, 151, 108, 337, 69, 299, 104, 333, 71, 301),
-    "chin": (18, 200, 199, 175),
-}
-
-SCHEMES: dict[SchemeName, Scheme] = {
-    "mesh478": Scheme(
-        count=478,
-        right_eye=(33, 160, 158, 133, 153, 144),
-        left_eye=(362, 385, 387, 263, 373, 380),
-        outline=_MESH_OVAL,
-        has_forehead=True,
-        groups=_MESH_GROUPS,
-    ),
-    "ibug68": Scheme(
-        count=68,
-        right_eye=_span(36, 41),
-        left_eye=_span(42, 47),
-        outline=(*_span(0, 16), *reversed(_span(17, 26))),
-        groups={"jaw": _span(0, 16), "brows": _span(17, 26), "nose": _span(27, 35), "eyes": _span(36, 47),
-                "mouth": _span(48, 59), "inner_mouth": _span(60, 67)},
-    ),
-    "frl189": Scheme(
-        count=189,
-        right_eye=(0,),
-        left_eye=(1,),
-        outline=(109, 185, 110, 186, 111, *_span(125, 133), 114, 188, 113, 187, 112,
-                 *reversed(_span(134, 144))),
-        has_forehead=True,
-        groups={"jaw": _span(125, 133), "hairline": _span(134, 144), "brows": _span(71, 86),
-                "eyes": (0, 1, *_span(2, 43)), "nose": _span(50, 70), "mouth": _span(87, 108)},
-    ),
-    "points": Scheme(count=None),
-}
-# fmt: on
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,8 +68,6 @@ class Landmarks:
             raise LandmarkError(
                 f"landmarks: expected an (n, 2) or (n, 3) array of numbers; {error}"
             ) from None
-        if array.ndim != 2 or array.shape[1] not in (2, 3):
-            raise LandmarkError(f"landmarks: expected shape (n, 2) or (n, 3), got {array.shape}")
         _check_points(array)
         array.flags.writeable = False
         object.__setattr__(self, "points", array)
@@ -191,24 +104,21 @@ class Landmarks:
         Plain ``points`` do not say where the eyes are: their scale is the square root of their convex
         hull's area over 2.0, which is what the two come to on whole faces.
         """
-        eyes = self.eyes
-        if eyes is None:
+        if (eyes := self.eyes) is None:
             return float(np.sqrt(ConvexHull(self.xy).volume) / _ROOT_AREA_PER_IOD)
         return float(np.linalg.norm(eyes[1] - eyes[0]))
 
     @property
     def eyes(self) -> NDArray[np.float64] | None:
-        """The centres of the right eye and the left, a row each; None where the scheme knows none."""
+        """The centres of the right eye and the left, a row each; None where the scheme has none."""
         scheme = SCHEMES[self.scheme]
         if not scheme.right_eye:
             return None
-        return np.stack(
-            [self.points[list(rows)].mean(axis=0) for rows in (scheme.right_eye, scheme.left_eye)]
-        )
+        return np.stack([self.points[[*rows]].mean(axis=0) for rows in (scheme.right_eye, scheme.left_eye)])
 
     @property
     def groups(self) -> dict[str, tuple[int, ...]]:
-        """Facial feature → its rows; one group ``points`` where the scheme knows no features."""
+        """Facial feature → its rows; one group ``points`` where the scheme has no features."""
         return SCHEMES[self.scheme].groups or {"points": tuple(range(len(self)))}
 
     def shifted(self, dx: float, dy: float) -> Landmarks:
@@ -218,13 +128,7 @@ class Landmarks:
         return Landmarks(self.points + offset, self.scheme, self.confidence)
 
     def reduced(self, factor: int) -> Landmarks:
-        """Return the landmarks in the image whose pixels are ``factor x factor`` of this one's.
-
-        Examples
-        --------
-        >>> Landmarks([[0.5, 0.5], [4.5, 0.5], [0.5, 4.5]]).reduced(2).xy.tolist()
-        [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]]
-        """
+        """Return the landmarks in the image whose pixels are ``factor x factor`` of this one's."""
         if factor == 1:
             return self
         points = self.points / factor
@@ -249,35 +153,22 @@ def as_landmarks(value: Landmarks | ArrayLike, name: str) -> Landmarks:
 
 
 def control_rows(landmarks: Landmarks) -> NDArray[np.intp]:
-    """Return the rows to align two faces by: all of them, but for the mesh.
+    """Return the rows to align two faces by: all of them, but of the mesh about 160 on its features.
 
-    478 dense and noisy points fold a thin-plate spline; the mesh is represented by about 160 points on its
-    features, without irises and inner lips, which follow gaze and speech, not the face.
+    478 dense and noisy points fold a thin-plate spline; irises and inner lips follow gaze and speech, not
+    the face.
     """
     if landmarks.scheme != "mesh478":
         return np.arange(len(landmarks))
-    chosen = {row for name, rows in _MESH_GROUPS.items() if name != "inner_mouth" for row in rows}
+    chosen = {row for name, rows in landmarks.groups.items() if name != "inner_mouth" for row in rows}
     return np.array(sorted(chosen))
 
 
 def check_inside(landmarks: Landmarks, shape: tuple[int, ...], name: str) -> None:
-    """Refuse landmarks that cannot belong to an image of this shape.
+    """Refuse landmarks that cannot belong to an image of shape ``(H, W, ...)``, with a `LandmarkError`.
 
     Placed points must lie on the image, give or take one pixel. The mesh covers a whole face even where
-    the frame cuts it, so of its points at least half must.
-
-    Parameters
-    ----------
-    landmarks : Landmarks
-    shape : tuple of int
-        ``(H, W, ...)`` of the image.
-    name : str
-        The argument's name, for the message.
-
-    Raises
-    ------
-    LandmarkError
-        If too many points lie outside.
+    the frame cuts it, so of its points at least half must. The message names the argument `name`.
     """
     height, width = shape[:2]
     x, y = landmarks.xy.T
@@ -315,6 +206,7 @@ def check_pair(target: Landmarks, reference: Landmarks) -> None:
 
 
 def _resolve_scheme(scheme: SchemeName | None, count: int) -> SchemeName:
+    """Return the scheme that was given, if it has so many points, or the one that has."""
     if scheme is None:
         return next((name for name, known in SCHEMES.items() if known.count == count), "points")
     if scheme not in get_args(SchemeName):
@@ -326,6 +218,9 @@ def _resolve_scheme(scheme: SchemeName | None, count: int) -> SchemeName:
 
 
 def _check_points(array: NDArray[np.float64]) -> None:
+    """Refuse what is no array of points, or of points that span no face."""
+    if array.ndim != 2 or array.shape[1] not in (2, 3):
+        raise LandmarkError(f"landmarks: expected shape (n, 2) or (n, 3), got {array.shape}")
     if len(array) < 3:
         raise LandmarkError(f"landmarks: at least 3 points are needed, got {len(array)}")
     if not np.isfinite(array).all():

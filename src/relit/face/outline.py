@@ -8,7 +8,8 @@ import numpy as np
 from PIL import Image, ImageDraw
 from scipy.spatial import ConvexHull
 
-from relit.face.landmarks import SCHEMES, Landmarks
+from relit.face.landmarks import Landmarks
+from relit.face.schemes import SCHEMES
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

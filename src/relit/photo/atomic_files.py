@@ -5,22 +5,18 @@ from __future__ import annotations
 import io
 import os
 import secrets
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from relit.errors import OutputError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
 
 class NamedBytes(io.BytesIO):
-    """A file in memory that has a name, which tells its format.
-
-    Examples
-    --------
-    >>> NamedBytes("face.png", b"...").name
-    'face.png'
-    """
+    """A file in memory that has a name, which tells its format."""
 
     def __init__(self, name: str, data: bytes = b"") -> None:
         super().__init__(data)
@@ -41,8 +37,7 @@ def save_atomically(path: Path, data: bytes, *, overwrite: bool = False) -> None
     Raises
     ------
     OutputError
-        If `path` exists and may not be replaced, is something other than a file, or cannot be written.
-        Nothing is left behind then.
+        As `check_free` does, or if `path` cannot be written. Nothing is left behind then.
 
     Examples
     --------
@@ -53,59 +48,43 @@ def save_atomically(path: Path, data: bytes, *, overwrite: bool = False) -> None
     ...     Path(folder, "note.txt").read_bytes()
     b'light'
     """
-    try:
-        check_free(path, overwrite=True)
+    check_free(path, overwrite=True)
+    with _as_output_errors(path):
         _save(path.resolve() if overwrite else path, data, overwrite)
-    except FileExistsError:
-        raise OutputError(
-            f"{path}: exists already; use --force or overwrite=True to replace it, or choose another name"
-        ) from None
-    except OutputError:
-        raise
-    except (OSError, ValueError, RuntimeError) as error:  # a NUL in the name; links in a circle
-        reason = getattr(error, "strerror", None) or error
-        raise OutputError(f"{path}: cannot be written ({reason}); choose another place or name") from error
 
 
 def check_free(path: Path, *, overwrite: bool = False) -> None:
-    """Refuse a place that `save_atomically` would refuse, before any work goes into what it shall hold.
-
-    Parameters
-    ----------
-    path : Path
-        Where to write.
-    overwrite : bool, optional
-        Whether a file that exists may be replaced.
+    """Refuse a path that `save_atomically` would refuse, before any work goes into the data.
 
     Raises
     ------
     OutputError
         If the folder does not exist, or `path` exists and may not be replaced or is something other than a
         file.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> check_free(Path("no-such-folder", "face.png"))
-    Traceback (most recent call last):
-        ...
-    relit.errors.OutputError: no-such-folder/face.png: there is no folder no-such-folder; create it, or \
-choose another
     """
-    try:
+    with _as_output_errors(path):
         if not path.parent.is_dir():
             raise OutputError(f"{path}: there is no folder {path.parent}; create it, or choose another")
         if path.exists() and not path.is_file():
             raise OutputError(f"{path}: is not a file, so it cannot be replaced; give the name of a file")
         if path.exists() and not overwrite:
-            raise OutputError(
-                f"{path}: exists already; use --force or overwrite=True to replace it, or choose another name"
-            )
+            raise FileExistsError
+
+
+@contextmanager
+def _as_output_errors(path: Path) -> Iterator[None]:
+    """Raise what goes wrong with a path as an `OutputError`."""
+    try:
+        yield
     except OutputError:
         raise
+    except FileExistsError:
+        raise OutputError(
+            f"{path}: exists already; use --force or overwrite=True to replace it, or choose another name"
+        ) from None
     except (OSError, ValueError, RuntimeError) as error:  # a NUL in the name; links in a circle
         reason = getattr(error, "strerror", None) or error
-        raise OutputError(f"{path}: cannot be written ({reason}); choose another place") from error
+        raise OutputError(f"{path}: cannot be written ({reason}); choose another place or name") from error
 
 
 def _save(path: Path, data: bytes, overwrite: bool) -> None:

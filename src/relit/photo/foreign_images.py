@@ -14,9 +14,10 @@ import numpy as np
 from PIL import Image
 
 from relit.errors import ImageError
-from relit.photo.photo import Photo, read_image
+from relit.photo.photo import Photo
 from relit.photo.pixels import check_pixels
 from relit.photo.profile import is_usable
+from relit.photo.reading import read_image
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

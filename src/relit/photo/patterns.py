@@ -8,7 +8,7 @@ from fnmatch import fnmatchcase
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING
 
-from relit.photo.photo import PHOTO_SUFFIXES
+from relit.photo.reading import PHOTO_SUFFIXES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

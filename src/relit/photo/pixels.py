@@ -1,4 +1,4 @@
-"""Pixel arrays: which ones we take, and how they go to [0, 1] and back."""
+"""Pixel arrays: which ones we take, and how they go from one depth to another."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from numpy.typing import DTypeLike, NDArray
 
 _DTYPES = (np.uint8, np.uint16, np.float32, np.float64)
+_PART = 1 << 20
 
 #: Photos are encoded by about this power of the light.
 GAMMA = 2.2
@@ -25,23 +26,10 @@ SMALLEST_SIDE = 8
 
 
 def check_pixels(image: Any, name: str) -> NDArray[Any]:
-    """Return `image` if it is a grey or RGB photo that may hold a face.
-
-    Parameters
-    ----------
-    image : (H, W) or (H, W, 3) array
-        uint8, uint16, or float32/float64 in [0, 1].
-    name : str
-        The argument's name, for the message.
-
-    Raises
-    ------
-    ImageError
-        As `check_samples` does, and if a side is below 8 px.
+    """Return `image` if it passes `check_samples` and may hold a face: no side is below 8 px.
 
     Examples
     --------
-    >>> import numpy as np
     >>> check_pixels(np.zeros((8, 8, 4)), "target")
     Traceback (most recent call last):
         ...
@@ -100,17 +88,21 @@ def size_and_dtype(image: NDArray[Any]) -> str:
     return f"{width}x{height} {'' if planes else 'grey '}{image.dtype}"
 
 
+def full_of(dtype: DTypeLike) -> int:
+    """Return the number that means white, or opaque."""
+    return int(np.iinfo(np.dtype(dtype)).max) if np.dtype(dtype).kind == "u" else 1
+
+
 def to_unit(image: NDArray[Any]) -> NDArray[np.float32]:
     """Return `image` as float32 in [0, 1], whatever its dtype.
 
     Examples
     --------
-    >>> import numpy as np
     >>> to_unit(np.array([[0, 51, 255]], np.uint8)).tolist()
     [[0.0, 0.20000000298023224, 1.0]]
     """
     if image.dtype.kind == "u":
-        return image.astype(np.float32) / np.float32(np.iinfo(image.dtype).max)
+        return image.astype(np.float32) / np.float32(full_of(image.dtype))
     return image.astype(np.float32)
 
 
@@ -119,11 +111,49 @@ def from_unit(image: NDArray[np.floating[Any]], dtype: DTypeLike) -> NDArray[Any
 
     Examples
     --------
-    >>> import numpy as np
     >>> from_unit(np.array([[-0.1, 0.2, 1.5]]), np.uint8).tolist()
     [[0, 51, 255]]
     """
     clipped = np.clip(image, 0, 1)
     if np.dtype(dtype).kind == "u":
-        clipped = np.rint(clipped * np.iinfo(np.dtype(dtype)).max)
+        clipped = np.rint(clipped * full_of(dtype))
     return np.asarray(clipped, dtype)
+
+
+def to_depth(samples: NDArray[Any], dtype: DTypeLike, maximum: int | None = None) -> NDArray[Any]:
+    """Return samples as uint8, uint16, or float32 in [0, 1], rounded to the nearest.
+
+    Integers are in [0, `maximum`], by default the largest number of their dtype.
+
+    Examples
+    --------
+    >>> to_depth(np.array([0, 128, 129, 65535], dtype=np.uint16), np.uint8)
+    array([  0,   0,   1, 255], dtype=uint8)
+    >>> to_depth(np.array([0, 512, 1023]), np.uint16, 1023)
+    array([    0, 32800, 65535], dtype=uint16)
+    """
+    if maximum is None and samples.dtype == dtype:
+        return samples
+    if np.dtype(dtype).kind == "f":
+        return to_unit(samples)
+    if samples.dtype.kind == "f":
+        return from_unit(samples, dtype)
+    full, maximum = full_of(dtype), maximum or full_of(samples.dtype)
+    if maximum == full:
+        return samples.astype(dtype)
+    # In parts, because 32 bits for each sample of a large photo are gigabytes.
+    flat, scaled = samples.reshape(-1), np.empty(samples.size, dtype)
+    for start in range(0, flat.size, _PART):
+        part = slice(start, start + _PART)
+        # 65535 * 65535 + 32767 is the largest number met here, and it fits 32 bits.
+        wide = np.minimum(flat[part], maximum).astype(np.uint32)
+        scaled[part] = (wide * full + maximum // 2) // maximum
+    return scaled.reshape(samples.shape)
+
+
+def divide_by_alpha(samples: NDArray[Any]) -> None:
+    """Undo, in place, the multiplication of the colours of ``(H, W, C)`` samples with the last, alpha."""
+    full = full_of(samples.dtype)
+    colour, alpha = samples[..., :-1].astype(np.float64), samples[..., -1:]
+    np.divide(colour * full, alpha, out=colour, where=alpha > 0)
+    samples[..., :-1] = (colour if full == 1 else np.rint(colour)).clip(0, full)

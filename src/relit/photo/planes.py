@@ -26,36 +26,27 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PlaneSpace:
-    """Which planes of two photos are relit, and the way back.
-
-    Attributes
-    ----------
-    color_space : str
-        Of the planes.
-    chosen : tuple of int or None
-        Channels of that space; None where all of the photo are taken as they are.
-    by_luma : bool
-        Whether the one plane is the luma of RGB, with which R, G and B scale.
-    coloring : bool
-        Whether a grey target takes on colours.
-    """
+    """Which planes of two photos are relit, and the way back."""
 
     color_space: ColorSpaceName
+    #: Channels of that space; None where all of the photo are taken as they are.
     chosen: tuple[int, ...] | None = None
+    #: Whether the one plane is the luma of RGB, with which R, G and B scale.
     by_luma: bool = False
+    #: Whether a grey target takes on colours.
     coloring: bool = False
 
     def of_target(self, image: NDArray[Any]) -> NDArray[Any]:
         """Return the planes of a target, (H, W) or (H, W, k). One plane serves all three of a reference."""
         if self.by_luma:
             return np.asarray(np.clip(luma(to_unit(image)), DARKEST, 1))
-        return image if self.chosen is None else _pick(_in_space(image, self._space), self.chosen)
+        return self.of_reference(image)
 
     def of_reference(self, image: NDArray[Any]) -> NDArray[Any]:
         """Return the planes of a reference, (H, W) or (H, W, k)."""
         if self.by_luma or self.chosen is None:
             return image
-        return _pick(_in_space(image, self._space), self.chosen)
+        return self._channels(image)[..., self.chosen[0] if len(self.chosen) == 1 else self.chosen]
 
     def rebuild(self, target: NDArray[Any], relit: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return the target with its planes relit, (H, W) or (H, W, k), in grey or RGB."""
@@ -64,7 +55,7 @@ class PlaneSpace:
             return np.asarray(to_unit(target) * (relit / self.of_target(target))[..., None], np.float32)
         if self.chosen is None:
             return relit
-        channels = _in_space(target, self._space).copy()
+        channels = self._channels(target)
         channels[..., self.chosen] = np.clip(np.atleast_3d(relit), 0, 1)
         return np.asarray(self._space.to_rgb(channels), np.float32)
 
@@ -76,6 +67,14 @@ class PlaneSpace:
         if lightness is None:
             return LUMA_WEIGHTS.astype(np.float32)
         return np.asarray(np.arange(count) == self._space.channels.index(lightness), np.float32)
+
+    def _channels(self, image: NDArray[Any]) -> NDArray[np.float32]:
+        """Return a new array of all three channels of the space."""
+        rgb = to_unit(image)
+        if rgb.ndim == 2:
+            rgb = np.repeat(rgb[..., None], 3, axis=2)
+        # Rounding may leave [0, 1] a little.
+        return np.asarray(np.clip(self._space.from_rgb(rgb), 0, 1))
 
     @property
     def _space(self) -> ColorSpace:
@@ -94,13 +93,8 @@ def plane_space(
     color_space, channels
         As in `TransferOptions`.
 
-    Returns
-    -------
-    PlaneSpace
-
     Examples
     --------
-    >>> import numpy as np
     >>> brown = np.full((8, 8, 3), [120, 80, 40], np.uint8)
     >>> space = plane_space(False, True, "rgb", "all")
     >>> twice_as_light = space.rebuild(brown, 2 * space.of_target(brown))
@@ -117,15 +111,3 @@ def plane_space(
         return PlaneSpace(color_space, coloring=coloring)
     chosen = lightness if grey_reference and lightness is not None else channels
     return PlaneSpace(color_space, channels_of(color_space, chosen), coloring=coloring)
-
-
-def _in_space(image: NDArray[Any], space: ColorSpace) -> NDArray[np.float32]:
-    rgb = to_unit(image)
-    if rgb.ndim == 2:
-        rgb = np.repeat(rgb[..., None], 3, axis=2)
-    # Rounding may leave [0, 1] by a hair.
-    return np.asarray(np.clip(space.from_rgb(rgb), 0, 1))
-
-
-def _pick(planes: NDArray[np.float32], chosen: tuple[int, ...]) -> NDArray[np.float32]:
-    return np.asarray(planes[..., chosen[0]] if len(chosen) == 1 else planes[..., chosen])

@@ -1,4 +1,4 @@
-"""Colour profiles: take pixels from the space of one ICC profile to that of another."""
+"""Colour profiles: take pixels from the space of one ICC profile to that of another; the curve of sRGB."""
 
 from __future__ import annotations
 
@@ -11,34 +11,18 @@ from relit.errors import ImageError
 from relit.runtime.threads import bands, pool
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
+
+#: x and y of red, green, blue and white.
+_SRGB_PRIMARIES = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
 
 
 def convert(pixels: NDArray[Any], profile: bytes | None, target: bytes | None) -> NDArray[Any]:
-    """Convert pixels from one ICC profile to another, at their own bit depth.
+    """Convert pixels from one ICC profile to another, as `Photo.to_profile` does.
 
-    Relative colorimetric with black point compensation, which is what browsers and editors do; colours
-    outside the new gamut are clipped to it.
-
-    Parameters
-    ----------
-    pixels : ndarray, shape (H, W) or (H, W, 3)
-        uint8, uint16, or floating point in [0, 1].
-    profile : bytes or None
-        ICC profile the pixels are in; None for sRGB, or for grey with the sRGB curve.
-    target : bytes or None
-        ICC profile to take them to. None for sRGB: grey pixels then stay grey. Another RGB profile makes
-        grey pixels ``(H, W, 3)``.
-
-    Returns
-    -------
-    ndarray
-        Of the dtype of `pixels`; `pixels` themselves where the two profiles are equal.
-
-    Raises
-    ------
-    ImageError
-        If the profiles do not fit the pixels or each other, or cannot be used.
+    Relative colorimetric with black point compensation, which is what browsers and editors do.
     """
     if profile == target:
         return pixels
@@ -48,20 +32,12 @@ def convert(pixels: NDArray[Any], profile: bytes | None, target: bytes | None) -
             "cannot convert colour pixels to a grey profile; give an RGB profile, or None for sRGB"
         )
     samples = np.repeat(pixels[..., None], 3, axis=2) if grey and profile is None else pixels
-    converted = _transform(
-        samples, _srgb() if profile is None else profile, _srgb() if target is None else target
-    )
+    converted = _transform(samples, *(_srgb() if one is None else one for one in (profile, target)))
     return np.ascontiguousarray(converted[..., 1]) if grey and target is None else converted
 
 
 def color_space(profile: bytes) -> str:
-    """Return the colour space that an ICC profile describes: "RGB", "GRAY", "CMYK", ...
-
-    Examples
-    --------
-    >>> color_space(bytes(16) + b"GRAY" + bytes(108))
-    'GRAY'
-    """
+    """Return the colour space that an ICC profile describes: "RGB", "GRAY", "CMYK", ..."""
     return profile[16:20].decode("latin-1").strip()
 
 
@@ -72,6 +48,41 @@ def is_usable(profile: bytes, pixels: NDArray[Any]) -> bool:
     except ImageError:
         return False
     return True
+
+
+def encode_srgb(light: NDArray[Any]) -> NDArray[Any]:
+    """Return linear light in [0, 1] as sRGB values.
+
+    Examples
+    --------
+    >>> encode_srgb(np.array([0, 0.001, 0.2140411, 1])).round(5).tolist()
+    [0.0, 0.01292, 0.5, 1.0]
+    """
+    return np.where(light <= 0.0031308, light * 12.92, 1.055 * light ** (1 / 2.4) - 0.055)
+
+
+def decode_srgb(values: NDArray[Any]) -> NDArray[Any]:
+    """Return sRGB values as linear light; the inverse of `encode_srgb`."""
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def srgb_with_primaries(primaries: Sequence[float]) -> bytes | None:
+    """Return an ICC profile of the curve of sRGB and other primaries, 8 numbers; None for sRGB's own."""
+    if np.allclose(primaries, _SRGB_PRIMARIES, rtol=0, atol=1e-3):
+        return None
+    import imagecodecs
+
+    curve = np.rint(decode_srgb(np.linspace(0, 1, 4096)) * 65535).astype(np.uint16)
+    red, green, blue, white = ([*primaries[n : n + 2], 1.0] for n in range(0, 8, 2))
+    made = imagecodecs.cms_profile(
+        "rgb",
+        primaries=[*red, *green, *blue],
+        whitepoint=white,
+        transferfunction=np.tile(curve, (3, 1)),
+    )
+    profile = bytearray(made)
+    profile[24:36] = bytes(12)  # when it was made: the same photo gives the same bytes
+    return bytes(profile)
 
 
 def _transform(samples: NDArray[Any], profile: bytes, target: bytes) -> NDArray[Any]:

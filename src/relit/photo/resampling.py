@@ -40,36 +40,28 @@ class Enlarger:
 
     Examples
     --------
-    >>> import numpy as np
     >>> Enlarger(np.array([[0, 1]], np.float32), 2, (2, 4)).rows(0, 1)[0].tolist()
     [0.0, 0.25, 0.75, 1.0]
     """
 
     def __init__(self, plane: NDArray[np.float32], factor: int, shape: tuple[int, ...]) -> None:
-        self._plane, self._factor, self._shape = plane, factor, shape
-        self._columns = _between(np.arange(shape[1]), factor, plane.shape[1])
+        self._plane, self._factor, self._width = plane, factor, shape[1]
 
     def rows(self, first: int, last: int) -> NDArray[np.float32]:
         """Return rows ``first`` to ``last``, the latter not included."""
         if self._factor == 1:
-            return self._plane[first:last, : self._shape[1]]
-        before, after, share = _between(np.arange(first, last), self._factor, self._plane.shape[0])
-        narrow = self._plane[before]
-        narrow += _beside(share, narrow.ndim, 0) * (self._plane[after] - narrow)
-        before, after, share = self._columns
-        wide = narrow[:, before]
-        wide += _beside(share, wide.ndim, 1) * (narrow[:, after] - wide)
-        return wide
+            return self._plane[first:last, : self._width]
+        narrow = _between(self._plane, 0, np.arange(first, last), self._factor)
+        return _between(narrow, 1, np.arange(self._width), self._factor)
 
 
 def _between(
-    places: NDArray[np.int_], factor: int, count: int
-) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float32]]:
-    """Return between which two of ``count`` reduced pixels places lie, and how near to the second."""
-    position = np.clip((places + 0.5) / factor - 0.5, 0, count - 1)
+    plane: NDArray[np.float32], axis: int, pixels: NDArray[np.int_], factor: int
+) -> NDArray[np.float32]:
+    """Return a plane interpolated along an axis, where the pixels of the enlarged one lie."""
+    position = np.clip((pixels + 0.5) / factor - 0.5, 0, plane.shape[axis] - 1)
     before = position.astype(np.intp)
-    return before, np.minimum(before + 1, count - 1), (position - before).astype(np.float32)
-
-
-def _beside(share: NDArray[np.float32], dimensions: int, axis: int) -> NDArray[np.float32]:
-    return share.reshape([-1 if n == axis else 1 for n in range(dimensions)])
+    share = (position - before).astype(np.float32).reshape(-1, *[1] * (plane.ndim - 1 - axis))
+    enlarged = plane.take(before, axis)
+    enlarged += share * (plane.take(before + 1, axis, mode="clip") - enlarged)
+    return enlarged

@@ -35,7 +35,7 @@ def sample(name: str) -> Path:
 
 
 def copy_samples(folder: Path, *, overwrite: bool = False) -> list[Path]:
-    """Copy the sample photos, and what there is to know about them, into a folder.
+    """Copy the sample photos, and what there is to know about them, into a folder; return the copies.
 
     Parameters
     ----------
@@ -44,22 +44,10 @@ def copy_samples(folder: Path, *, overwrite: bool = False) -> list[Path]:
     overwrite : bool
         Whether files that exist may be replaced.
 
-    Returns
-    -------
-    list of Path
-        The copies.
-
     Raises
     ------
     OutputError
         If one exists already, or cannot be written. Nothing is written then.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     [path.name for path in copy_samples(Path(folder, "photos"))]
-    ['target.png', 'reference.jpg', 'grey_target.png', 'README.md']
     """
     try:
         folder.mkdir(exist_ok=True)

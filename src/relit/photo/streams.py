@@ -1,4 +1,4 @@
-"""Where photos come from and go to: files by name, the standard streams as "-", open binary files."""
+"""Where photos are read from and written to: files by name, standard streams as "-", open binary files."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from typing import BinaryIO, TextIO
 from relit.errors import ImageError, OutputError
 from relit.photo.atomic_files import save_atomically
 
-Place = str | Path | BinaryIO
+FileOrName = str | Path | BinaryIO
 _PART = 1 << 20
 
 
-def name_of(place: Place) -> str:
-    """Return what to call a place in a message."""
-    return str(place) if isinstance(place, (str, Path)) else str(getattr(place, "name", "binary file"))
+def name_of(file: FileOrName) -> str:
+    """Return what to call a file in a message."""
+    return str(file) if isinstance(file, (str, Path)) else str(getattr(file, "name", "binary file"))
 
 
-def place_of(destination: Place) -> Path | BinaryIO:
+def destination_of(file: FileOrName) -> Path | BinaryIO:
     """Return where to write: a path, or a binary file."""
-    if isinstance(destination, (str, Path)):
-        return _standard(sys.stdout, destination) if str(destination) == "-" else Path(destination)
-    return destination
+    if not isinstance(file, (str, Path)):
+        return file
+    return _standard(sys.stdout) if str(file) == "-" else Path(file)
 
 
-def _standard(stream: TextIO | None, place: str | Path) -> BinaryIO:
+def _standard(stream: TextIO | None) -> BinaryIO:
     if stream is None:  # closed before Python started
-        raise OutputError(f"{place}: this standard stream is closed; give the name of a file")
+        raise OutputError("-: this standard stream is closed; give the name of a file")
     return stream.buffer
 
 
-def open_source(source: Place, most: int) -> BinaryIO:
-    """Open a file by name, or take what a stream still holds; codecs can seek in the result.
+def open_source(source: FileOrName, most: int) -> BinaryIO:
+    """Open a file by name, or take what a stream still holds; the result is seekable.
 
     Raises
     ------
@@ -46,7 +46,7 @@ def open_source(source: Place, most: int) -> BinaryIO:
         if not isinstance(source, (str, Path)):
             return _buffered(source, name, most)
         if name == "-":
-            return _buffered(_standard(sys.stdin, source), name, most)
+            return _buffered(_standard(sys.stdin), name, most)
         stream = Path(source).open("rb")  # noqa: SIM115 (the caller closes it)
         if stream.seekable() and os.fstat(stream.fileno()).st_size <= most:
             return stream
@@ -78,21 +78,15 @@ def _buffered(stream: BinaryIO, name: str, most: int) -> BinaryIO:
     return io.BytesIO(buffer.getvalue())
 
 
-def put(data: bytes, destination: Place, *, overwrite: bool) -> None:
-    """Write bytes to a file, which appears whole or not at all, or to a stream.
-
-    Raises
-    ------
-    OutputError
-        If that cannot be done.
-    """
-    place = place_of(destination)
-    if isinstance(place, Path):
-        save_atomically(place, data, overwrite=overwrite)
+def save(data: bytes, destination: FileOrName, *, overwrite: bool) -> None:
+    """Write bytes to a file, which appears whole or not at all, or to a stream; or raise an OutputError."""
+    file = destination_of(destination)
+    if isinstance(file, Path):
+        save_atomically(file, data, overwrite=overwrite)
         return
     try:
-        place.write(data)
-        place.flush()
+        file.write(data)
+        file.flush()
     except (OSError, ValueError, TypeError) as error:  # ValueError: a closed file; TypeError: a text file
         raise OutputError(
             f"{name_of(destination)}: cannot be written ({error}); give a binary file"

@@ -15,8 +15,8 @@ from relit.face.detect import detect_landmarks
 from relit.face.landmark_files import FORMATS as LANDMARK_FORMATS
 from relit.face.landmark_files import landmarks_as_bytes, landmarks_from
 from relit.face.landmarks import Landmarks, check_inside
-from relit.photo.photo import read_image
 from relit.photo.pixels import check_pixels
+from relit.photo.reading import read_image
 from relit.photo.samples import sample
 from relit.settings.options import TransferOptions
 from relit.settings_file import as_points

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, JsonValue
 
 from relit.face.landmark_files import FORMATS as LANDMARK_FORMATS
-from relit.face.landmarks import SchemeName
+from relit.face.schemes import SchemeName
 from relit.settings.methods import WITH_SECOND_REFERENCE
 from relit.settings.options import TransferOptions
 from relit.studio.pictures import VIEWS

@@ -17,9 +17,10 @@ from relit.face.landmark_files import landmarks_as_bytes
 from relit.face.landmarks import Landmarks
 from relit.figures import view_pictures
 from relit.photo.atomic_files import NamedBytes
-from relit.photo.photo import Photo, write_image
+from relit.photo.photo import Photo
 from relit.photo.pixels import from_unit, to_unit
 from relit.photo.resampling import reduced
+from relit.photo.writing import write_image
 from relit.relighting import transfer
 from relit.results import TransferResult
 from relit.runtime.memo import remembered

@@ -14,8 +14,9 @@ from relit.inputs import reduction
 from relit.photo.color import luma
 from relit.photo.foreign_images import opened
 from relit.photo.patterns import expand
-from relit.photo.photo import Photo, in_one_profile, read_image
+from relit.photo.photo import Photo, in_one_profile
 from relit.photo.pixels import check_pixels, from_unit, to_unit
+from relit.photo.reading import read_image
 from relit.photo.resampling import reduced
 from relit.runtime.lru import LRU
 

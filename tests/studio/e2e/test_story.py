@@ -9,7 +9,7 @@ from PIL import Image
 
 from relit.cli import app as cli
 from relit.face.detect import detect_landmarks
-from relit.photo.photo import read_image
+from relit.photo.reading import read_image
 from tests.studio.e2e.page import drag, drop, on_screen, points, settled
 
 pytestmark = [pytest.mark.e2e, pytest.mark.slow]

@@ -1,56 +1,59 @@
-"""How a JPEG is compressed: read from one, so that another can be written no worse and no larger."""
+"""JPEG: read and written by Pillow, compressed as it was, so that it gets no worse and no larger."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+import re
+from contextlib import nullcontext
+from typing import TYPE_CHECKING, Any, BinaryIO
 
-import numpy as np
+from PIL import ImageFile
+
+from relit.errors import ImageError
+from relit.photo.codecs.metadata import EXIF_PREFIX
+from relit.photo.codecs.pillow import QUALITY, open_image, photo_from, pillow_setting, save_image
+from relit.photo.photo import JpegSettings, Photo
 
 if TYPE_CHECKING:
     from PIL import Image
 
-_QUALITY = 95
+    from relit.photo.codecs import CheckSize
+
 _RGB_NAMES = [82, 71, 66]
 #: The (px across, px down) sharing a colour that Pillow can write, beside 4:4:4.
 _SUBSAMPLING = {(2, 2): "4:2:0", (2, 1): "4:2:2"}
+#: More than a pixel of pure noise takes at the highest quality.
+_WORST_BYTES = 8
+_LARGEST_SEGMENT = 65533
+_XMP_PREFIX = b"http://ns.adobe.com/xap/1.0/\0"
+#: A marker: not a byte of the pixels, a restart between them, or one of several to fill up.
+_MARKER = re.compile(rb"\xff([^\x00\xff\xd0-\xd7])")
+#: Damage may ask for work without end: 200 million px in 20 scans take 5 s.
+_MOST_IN_SCANS = 4_000_000_000
 
 
-@dataclass(frozen=True)
-class JpegSettings:
-    """How a JPEG is compressed.
-
-    Attributes
-    ----------
-    tables : tuple of tuples of 64 ints
-        What each component's coefficients are quantized by, row by row: one table for grey, two for
-        brightness and colour alike, or three.
-    subsampling : (int, int)
-        How many px across, and how many down, share a colour: (1, 1) is 4:4:4, (2, 1) 4:2:2, (2, 2)
-        4:2:0.
-    progressive : bool
-        Whether it is stored coarse to fine.
-    rgb : bool
-        Whether it holds red, green and blue, not brightness and colour.
-    """
-
-    tables: tuple[tuple[int, ...], ...]
-    subsampling: tuple[int, int] = (1, 1)
-    progressive: bool = False
-    rgb: bool = False
-
-    def turned(self) -> JpegSettings:
-        """Return the settings of the same photo with rows and columns exchanged."""
-        tables = tuple(tuple(np.reshape(table, (8, 8)).T.ravel().tolist()) for table in self.tables)
-        across, down = self.subsampling
-        return replace(self, tables=tables, subsampling=(down, across))
+def decode_jpeg(stream: BinaryIO, check_size: CheckSize) -> Photo:
+    """Read a JPEG, and how it is compressed."""
+    image = open_image(stream, check_size, "JPEG")
+    if image.width * image.height * _scans(stream) > _MOST_IN_SCANS:
+        raise ImageError("goes over its pixels again and again; get the file again")
+    return photo_from(image, jpeg=_settings_of(image))
 
 
-def settings_of(image: Image.Image) -> JpegSettings | None:
-    """Return how a grey or colour JPEG, as Pillow has opened it, is compressed.
+def _scans(stream: BinaryIO) -> int:
+    """Count how often a JPEG goes over its pixels: once, or a dozen times where it is progressive."""
+    stream.seek(0)
+    data = stream.read()
+    at = scans = 0
+    while (found := _MARKER.search(data, at)) and found[1] != b"\xd9":
+        scans += found[1] == b"\xda"
+        start = at = found.end()
+        if found[1] != b"\xd8":
+            at += int.from_bytes(data[start : start + 2])
+    return scans
 
-    None where its tables are only told among its pixels.
-    """
+
+def _settings_of(image: Image.Image) -> JpegSettings | None:
+    """Return how an opened JPEG is compressed; None where its tables come among its pixels."""
     opened: Any = image
     names, across, down, numbers = zip(*opened.layer, strict=True)
     if not set(numbers) <= set(opened.quantization):
@@ -58,23 +61,45 @@ def settings_of(image: Image.Image) -> JpegSettings | None:
     tables = [tuple(opened.quantization[number]) for number in numbers]
     if len(tables) == 3 and tables[1] == tables[2]:
         tables.pop()
-    stated = image.info.get("adobe_transform", 0 if list(names) == _RGB_NAMES else 1)
+    transform = image.info.get("adobe_transform", 0 if list(names) == _RGB_NAMES else 1)
     return JpegSettings(
         tuple(tables),
         (across[0] // max(across[1:], default=across[0]), down[0] // max(down[1:], default=down[0])),
         bool(image.info.get("progressive")),
-        rgb=len(names) == 3 and stated == 0 and "jfif" not in image.info,
+        rgb=len(names) == 3 and transform == 0 and "jfif" not in image.info,
     )
 
 
-def encoder_options(settings: JpegSettings | None, *, grey: bool) -> dict[str, Any]:
-    """Return the options Pillow writes a JPEG with: as `settings` say, else at quality 95 and 4:4:4.
+def encode_jpeg(photo: Photo) -> bytes:
+    """Write a JPEG, compressed as the photo was, or at quality 95 with colours at full resolution.
+
+    EXIF and XMP that exceed a JPEG's segments, 64 KiB, are left out.
+    """
+    exif = EXIF_PREFIX + photo.metadata.exif if photo.metadata.exif else b""
+    xmp = photo.metadata.xmp or b""
+    options = _options(photo.jpeg, grey=photo.is_grey)
+    height, width = photo.pixels.shape[:2]
+    # A progressive JPEG must fit one buffer, and Pillow's guess is too small where the quality is highest.
+    room = pillow_setting(ImageFile, "MAXBLOCK", _WORST_BYTES * height * width)
+    with room if options.get("progressive") else nullcontext():
+        return save_image(
+            photo,
+            "JPEG",
+            icc_profile=photo.profile,
+            exif=exif if len(exif) <= _LARGEST_SEGMENT else b"",
+            xmp=xmp if len(_XMP_PREFIX + xmp) <= _LARGEST_SEGMENT else b"",
+            **options,
+        )
+
+
+def _options(settings: JpegSettings | None, *, grey: bool) -> dict[str, Any]:
+    """Return the options that Pillow takes for these settings.
 
     What not every reader takes becomes the nearest finer: a subsampling that Pillow does not write, and
     quantization beyond 8 bits.
     """
     if settings is None:
-        return {"quality": _QUALITY, "subsampling": 0}
+        return {"quality": QUALITY, "subsampling": 0}
     tables = [[min(step, 255) for step in table] for table in settings.tables]
     options = {"progressive": settings.progressive}
     if grey:

@@ -1,34 +1,16 @@
-"""What a photo file says about the photo: EXIF, XMP and resolution, kept and put upright."""
+"""EXIF, XMP and resolution, put upright as the pixels are."""
 
 from __future__ import annotations
 
 import re
 import struct
-from dataclasses import dataclass
 
-ORIENTATION = 0x0112
+from PIL.ExifTags import Base
+
+from relit.photo.photo import Metadata
+
 EXIF_PREFIX = b"Exif\0\0"
 _XMP_ORIENTATION = re.compile(rb"(tiff:Orientation(?:\s*=\s*[\"']|>))\s*[1-8]")
-
-
-@dataclass(frozen=True)
-class Metadata:
-    """Metadata that travels with a photo.
-
-    Attributes
-    ----------
-    exif : bytes or None
-        EXIF block, starting with its TIFF header. Its Orientation is 1, as the pixels are upright, and
-        its thumbnail, which would still show the old light, is unlinked.
-    xmp : bytes or None
-        XMP packet.
-    dpi : (float, float) or None
-        Horizontal and vertical resolution in pixels per inch.
-    """
-
-    exif: bytes | None = None
-    xmp: bytes | None = None
-    dpi: tuple[float, float] | None = None
 
 
 def put_upright(metadata: Metadata) -> tuple[int, Metadata]:
@@ -41,7 +23,7 @@ def put_upright(metadata: Metadata) -> tuple[int, Metadata]:
     if orientation > 1 and xmp:
         xmp = _XMP_ORIENTATION.sub(rb"\g<1>1", xmp)
     if orientation > 4 and dpi:
-        dpi = dpi[1], dpi[0]
+        dpi = dpi[::-1]
     return orientation, Metadata(exif, xmp, dpi)
 
 
@@ -68,7 +50,7 @@ def _take_orientation(exif: bytes) -> tuple[int, bytes | None]:
         end = start + 2 + 12 * count
         for entry in range(start + 2, end, 12):
             tag, kind = struct.unpack_from(f"{order}HH", block, entry)
-            if tag == ORIENTATION:
+            if tag == Base.Orientation:
                 value = f"{order}{'I' if kind == 4 else 'H'}"
                 (orientation,) = struct.unpack_from(value, block, entry + 8)
                 struct.pack_into(value, block, entry + 8, 1)

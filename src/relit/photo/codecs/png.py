@@ -7,11 +7,11 @@ import zlib
 from typing import TYPE_CHECKING, BinaryIO
 
 from relit.errors import ImageError
-from relit.photo.codecs.metadata import Metadata, resolution
-from relit.photo.codecs.raster import Raster
+from relit.photo.codecs.metadata import resolution
+from relit.photo.photo import Metadata, Photo
 
 if TYPE_CHECKING:
-    from relit.photo.codecs.raster import CheckSize
+    from relit.photo.codecs import CheckSize
 
 _SIGNATURE_AND_HEADER = 33
 _LARGEST_TEXT = 1 << 24
@@ -24,7 +24,7 @@ _XMP = b"XML:com.adobe.xmp\0"
 _LEVEL = 3
 
 
-def decode_png(stream: BinaryIO, check_size: CheckSize) -> Raster:
+def decode_png(stream: BinaryIO, check_size: CheckSize) -> Photo:
     """Read a PNG; palettes become RGB, transparent colours alpha, 1 to 4 bits 8."""
     import imagecodecs
 
@@ -42,20 +42,18 @@ def decode_png(stream: BinaryIO, check_size: CheckSize) -> Raster:
         dpi = resolution(*(count * _METRES_PER_INCH for count in struct.unpack(">II", dots[:8])))
     data = b"".join(parts)
     parts.clear()
-    samples = imagecodecs.png_decode(data)
-    metadata = Metadata(found.get(b"eXIf"), xmp, dpi)
-    return Raster(samples.reshape(*samples.shape[:2], -1), profile, metadata)
+    return Photo.from_samples(imagecodecs.png_decode(data), profile, Metadata(found.get(b"eXIf"), xmp, dpi))
 
 
-def encode_png(raster: Raster) -> bytes:
+def encode_png(photo: Photo) -> bytes:
     """Write a PNG, lossless, at 8 or 16 bits."""
     import imagecodecs
 
-    samples = raster.samples
+    samples = photo.samples
     data = bytes(imagecodecs.png_encode(samples[..., 0] if samples.shape[2] == 1 else samples, level=_LEVEL))
-    metadata, chunks = raster.metadata, b""
-    if raster.profile:
-        chunks += _chunk(b"iCCP", b"ICC profile\0\0" + zlib.compress(raster.profile))
+    metadata, chunks = photo.metadata, b""
+    if photo.profile:
+        chunks += _chunk(b"iCCP", b"ICC profile\0\0" + zlib.compress(photo.profile))
     if metadata.dpi:
         counts = [round(dots / _METRES_PER_INCH) for dots in metadata.dpi]
         chunks += _chunk(b"pHYs", struct.pack(">IIB", *counts, 1))
@@ -93,7 +91,7 @@ def _chunks(data: bytes) -> tuple[dict[bytes, bytes], list[memoryview]]:
 
 
 def _text(content: bytes) -> bytes | None:
-    """Return what an iTXt chunk says: keyword, compression flag and method, language, keyword, text."""
+    """Return the text of an iTXt chunk: keyword, compression flag and method, language, keyword, text."""
     rest = content.partition(b"\0")[2]
     text = rest[2:].partition(b"\0")[2].partition(b"\0")[2]
     return _inflate(text) if rest[:1] == b"\1" else text

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 
 from relit.errors import ImageError
-from relit.photo.codecs.raster import Raster, rescale
+from relit.photo.photo import Photo
+from relit.photo.pixels import to_depth
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from relit.photo.codecs.raster import CheckSize
+    from relit.photo.codecs import CheckSize
 
 _GAP = rb"(?:\s|#[^\r\n]*[\r\n])++"
 _START = re.compile(rb"P([1-6])" + _GAP + rb"([0-9]{1,10})" + _GAP + rb"([0-9]{1,10})")
@@ -26,7 +27,7 @@ _COMMENT = re.compile(rb"#[^\r\n]*")
 _BLANKS = b" \t\n\v\f\r"
 
 
-def decode_pnm(stream: BinaryIO, check_size: CheckSize) -> Raster:
+def decode_pnm(stream: BinaryIO, check_size: CheckSize) -> Photo:
     """Read the first image of a PNM file, its values spread over the whole range of 8 or 16 bits."""
     data = stream.read()
     start = _START.match(data)
@@ -36,7 +37,7 @@ def decode_pnm(stream: BinaryIO, check_size: CheckSize) -> Raster:
     check_size(width, height)
     if kind in (1, 4):
         bits = (_plain_bits if kind == 1 else _bits)(data, start.end(), width, height)
-        return Raster(np.where(bits, np.uint8(0), np.uint8(255))[..., None])  # 1 is ink
+        return Photo.from_samples(np.where(bits, np.uint8(0), np.uint8(255)))  # 1 is ink
     stated = _MAXIMUM.match(data, start.end())
     maximum = int(stated[1]) if stated else 0
     if stated is None or not 0 < maximum <= 65535:
@@ -47,13 +48,13 @@ def decode_pnm(stream: BinaryIO, check_size: CheckSize) -> Raster:
         values = _plain_values(data[stated.end() :], count)
     else:
         values = np.frombuffer(data, ">u2" if maximum > 255 else np.uint8, count, stated.end() + 1)
-    samples = rescale(values.reshape(height, width, depth), maximum, np.uint8 if maximum < 256 else np.uint16)
-    return Raster(samples)
+    dtype = np.uint8 if maximum < 256 else np.uint16
+    return Photo.from_samples(to_depth(values.reshape(height, width, depth), dtype, maximum))
 
 
-def encode_pnm(raster: Raster) -> bytes:
+def encode_pnm(photo: Photo) -> bytes:
     """Write a binary PGM or PPM, whichever the samples are."""
-    samples = raster.samples
+    samples = photo.samples
     height, width, channels = samples.shape
     kind = 5 if channels == 1 else 6
     header = f"P{kind}\n{width} {height}\n{np.iinfo(samples.dtype).max}\n".encode()

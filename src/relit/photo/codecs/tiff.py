@@ -13,25 +13,30 @@ from itertools import accumulate, islice
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
-from PIL import Image, TiffImagePlugin
+from PIL import Image
+from PIL.ExifTags import IFD, Base
+from PIL.TiffImagePlugin import ImageFileDirectory_v2
 
 from relit.errors import ImageError
-from relit.photo.codecs.metadata import ORIENTATION, Metadata, resolution
+from relit.photo.codecs.metadata import resolution
 from relit.photo.codecs.pillow import quiet_pillow
-from relit.photo.codecs.raster import Raster, divide_by_alpha, full_of, rescale
+from relit.photo.photo import Metadata, Photo
+from relit.photo.pixels import divide_by_alpha, full_of, to_depth
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from relit.photo.codecs.raster import CheckSize
+    from relit.photo.codecs import CheckSize
 
 _HEADER = b"II*\0\x08\0\0\0"  # little-endian, directory at 8
-_XMP, _PROFILE = 700, 34675
-_EXIF, _GPS, _INTEROPERABILITY = 0x8769, 0x8825, 0xA005
-#: What a TIFF's directory shares with an EXIF block, beside the orientation: description, make, model,
-#: software, date, artist, host, rating, copyright, Windows' own texts, and further directories. The rest
-#: tells how the pixels lie in the file.
-_SHARED = {270, 271, 272, 305, 306, 315, 316, 0x4746, 33432, *range(0x9C9B, 0x9CA0), _EXIF, _GPS}
+#: What a TIFF's directory shares with an EXIF block, beside the orientation; the last are Windows' own texts
+#: and further directories. The rest tells how the pixels lie in the file.
+_SHARED = {
+    *(Base.ImageDescription, Base.Make, Base.Model, Base.Software, Base.DateTime, Base.Artist),
+    *(Base.HostComputer, Base.Rating, Base.Copyright),
+    *(Base.XPTitle, Base.XPComment, Base.XPAuthor, Base.XPKeywords, Base.XPSubject),
+    *(IFD.Exif, IFD.GPSInfo),
+}
 _STRIP_BYTES = 1 << 18
 _MOST_PAGES = 64  # the photo and what is reduced from it
 #: None, the fax codes, LZW, JPEG, deflate, PackBits, deflate by its old number, LZMA, and Zstandard: what is
@@ -39,7 +44,7 @@ _MOST_PAGES = 64  # the photo and what is reduced from it
 _COMPRESSIONS = {1, 2, 3, 4, 5, 7, 8, 32773, 32946, 34925, 50000}
 
 
-def decode_tiff(stream: BinaryIO, check_size: CheckSize) -> Raster:
+def decode_tiff(stream: BinaryIO, check_size: CheckSize) -> Photo:
     """Read a TIFF of one page; 1 to 7 bits become 8, 9 to 15 bits become 16."""
     import tifffile
 
@@ -49,11 +54,10 @@ def decode_tiff(stream: BinaryIO, check_size: CheckSize) -> Raster:
         others = list(islice(pages, 1, _MOST_PAGES + 1))  # one at a time: they may go in a circle
         if len(others) == _MOST_PAGES or any(not other.is_reduced for other in others):
             raise ImageError("holds several pages; save one as a photo of its own")
-        check_size(page.imagewidth, page.imagelength, page.samplesperpixel * max(1, page.bitspersample // 8))
-        _check_segments(page, check_size)
+        _check_page(page, check_size)
         samples = _samples(page)
         metadata = replace(_metadata(stream, page), dpi=_resolution(page))
-        return Raster(samples, _bytes(page, _PROFILE), metadata)
+        return Photo.from_samples(samples, _bytes(page, Base.InterColorProfile), metadata)
 
 
 def is_camera_raw(stream: BinaryIO) -> bool:
@@ -80,11 +84,11 @@ def read_metadata(stream: BinaryIO) -> Metadata:
     return Metadata()
 
 
-def encode_tiff(raster: Raster) -> bytes:
+def encode_tiff(photo: Photo) -> bytes:
     """Write a TIFF, lossless, at 8 or 16 bits or in float32."""
     import imagecodecs
 
-    samples, metadata = raster.samples, raster.metadata
+    samples, metadata = photo.samples, photo.metadata
     height, width, channels = samples.shape
     is_float = samples.dtype.kind == "f"
     predict = imagecodecs.floatpred_encode if is_float else imagecodecs.delta_encode
@@ -96,43 +100,46 @@ def encode_tiff(raster: Raster) -> bytes:
     ]
 
     directory = _directory_with(metadata.exif or b"")
-    directory[ORIENTATION] = 1
-    directory[256], directory[257] = width, height
-    directory[258] = (8 * samples.itemsize,) * channels
-    directory[259] = 8  # deflate
-    directory[262] = 2 if channels >= 3 else 1  # RGB, or grey with black at 0
-    directory[273] = tuple(accumulate(map(len, strips[:-1]), initial=0))  # Pillow adds where they start
-    directory[277] = channels
-    directory[278] = rows
-    directory[279] = tuple(map(len, strips))
-    directory[284] = 1  # channels side by side
-    directory[317] = 3 if is_float else 2
-    directory[339] = (3 if is_float else 1,) * channels
-    if raster.has_alpha:
-        directory[338] = 2  # alpha the colours are not multiplied with
+    directory[Base.Orientation] = 1
+    directory[Base.ImageWidth], directory[Base.ImageLength] = width, height
+    directory[Base.BitsPerSample] = (8 * samples.itemsize,) * channels
+    directory[Base.Compression] = 8  # deflate
+    directory[Base.PhotometricInterpretation] = 1 if photo.is_grey else 2  # black at 0, or RGB
+    starts = accumulate(map(len, strips[:-1]), initial=0)
+    directory[Base.StripOffsets] = tuple(starts)  # to which Pillow adds where the first one starts
+    directory[Base.StripByteCounts] = tuple(map(len, strips))
+    directory[Base.RowsPerStrip] = rows
+    directory[Base.SamplesPerPixel] = channels
+    directory[Base.PlanarConfiguration] = 1  # channels side by side
+    directory[Base.Predictor] = 3 if is_float else 2
+    directory[Base.SampleFormat] = (3 if is_float else 1,) * channels
+    if photo.alpha is not None:
+        directory[Base.ExtraSamples] = 2  # alpha the colours are not multiplied with
     if metadata.dpi:
-        directory[282], directory[283] = metadata.dpi
-        directory[296] = 2  # inches
+        directory[Base.XResolution], directory[Base.YResolution] = metadata.dpi
+        directory[Base.ResolutionUnit] = 2  # inches
     if metadata.xmp:
-        directory[_XMP] = metadata.xmp
-    if raster.profile:
-        directory[_PROFILE] = raster.profile
+        directory[Base.XMLPacket] = metadata.xmp
+    if photo.profile:
+        directory[Base.InterColorProfile] = photo.profile
     return _HEADER + directory.tobytes(len(_HEADER)) + b"".join(strips)
 
 
-def _metadata(stream: BinaryIO, page: Any) -> Metadata:
-    exif = _read_exif(stream, page.tags.valueof(ORIENTATION, default=1))
-    return Metadata(exif, _bytes(page, _XMP))
-
-
-def _check_segments(page: Any, check_size: CheckSize) -> None:
-    """Refuse what takes more to decode than the picture does, and what is not all there."""
+def _check_page(page: Any, check_size: CheckSize) -> None:
+    """Refuse what is too large, takes more to decode than the picture does, or is not all there."""
+    depth = page.samplesperpixel * max(1, page.bitspersample // 8)
+    check_size(page.imagewidth, page.imagelength, depth)
     if page.compression not in _COMPRESSIONS:
         raise ImageError(f"is compressed with {_called(page.compression)}; save it with deflate, LZW or none")
     if 0 in page.databytecounts:  # which tifffile takes for black
         raise ImageError("lacks a part of its picture; get the file again")
     if page.is_tiled:
-        check_size(page.tilewidth, page.tilelength, page.samplesperpixel * max(1, page.bitspersample // 8))
+        check_size(page.tilewidth, page.tilelength, depth)
+
+
+def _metadata(stream: BinaryIO, page: Any) -> Metadata:
+    exif = _read_exif(stream, page.tags.valueof(Base.Orientation, default=1))
+    return Metadata(exif, _bytes(page, Base.XMLPacket))
 
 
 def _called(value: object) -> str:
@@ -141,14 +148,11 @@ def _called(value: object) -> str:
 
 
 def _samples(page: Any) -> NDArray[Any]:
+    """Decode a page of grey or RGB, with or without alpha."""
     from tifffile import COMPRESSION, EXTRASAMPLE, PHOTOMETRIC, PLANARCONFIG
 
-    colours = {
-        PHOTOMETRIC.MINISWHITE: 1,
-        PHOTOMETRIC.MINISBLACK: 1,
-        PHOTOMETRIC.PALETTE: 1,
-        PHOTOMETRIC.RGB: 3,
-    }
+    grey = (PHOTOMETRIC.MINISWHITE, PHOTOMETRIC.MINISBLACK, PHOTOMETRIC.PALETTE)
+    colours = {PHOTOMETRIC.RGB: 3, **dict.fromkeys(grey, 1)}
     if page.compression == COMPRESSION.JPEG:
         colours[PHOTOMETRIC.YCBCR] = 3  # decoding it gives RGB
     if page.photometric not in colours:
@@ -165,13 +169,14 @@ def _samples(page: Any) -> NDArray[Any]:
         return np.moveaxis((page.colormap >> 8).astype(np.uint8)[:, samples[..., 0]], 0, -1)
     samples = _whole_range(samples, page.bitspersample)
     if page.photometric == PHOTOMETRIC.MINISWHITE:
-        samples[..., 0] = full_of(samples) - samples[..., 0]
+        samples[..., 0] = full_of(samples.dtype) - samples[..., 0]
     if extra and page.extrasamples[:1] == (EXTRASAMPLE.ASSOCALPHA,):
         divide_by_alpha(samples)
     return samples
 
 
 def _whole_range(samples: NDArray[Any], bits: int) -> NDArray[Any]:
+    """Return samples of so many bits as uint8, uint16, or float32 in [0, 1]."""
     if samples.dtype.kind == "f":
         low, high = samples.min(), samples.max()
         if not (low >= 0 and high <= 1):
@@ -179,7 +184,7 @@ def _whole_range(samples: NDArray[Any], bits: int) -> NDArray[Any]:
         return samples.astype(np.float32)
     if samples.dtype.kind not in "bu" or bits > 16:
         raise ImageError(f"holds {samples.dtype} values; save it with 8 or 16 bits, or floats in [0, 1]")
-    return rescale(samples, 2**bits - 1, np.uint8 if bits <= 8 else np.uint16)
+    return to_depth(samples, np.uint8 if bits <= 8 else np.uint16, 2**bits - 1)
 
 
 def _bytes(page: Any, tag: int) -> bytes | None:
@@ -188,9 +193,9 @@ def _bytes(page: Any, tag: int) -> bytes | None:
 
 
 def _resolution(page: Any) -> tuple[float, float] | None:
-    per_inch = {2: 1.0, 3: 2.54}.get(page.tags.valueof(296, default=2), 0.0)
+    per_inch = {2: 1.0, 3: 2.54}.get(page.tags.valueof(Base.ResolutionUnit, default=2), 0.0)
     try:
-        (a, b), (c, d) = (page.tags.valueof(tag) for tag in (282, 283))
+        (a, b), (c, d) = (page.tags.valueof(tag) for tag in (Base.XResolution, Base.YResolution))
         return resolution(a / b * per_inch, c / d * per_inch)
     except (TypeError, ValueError, ZeroDivisionError):
         return None
@@ -198,38 +203,39 @@ def _resolution(page: Any) -> tuple[float, float] | None:
 
 def _read_exif(stream: BinaryIO, orientation: int) -> bytes | None:
     """Gather in an EXIF block what a TIFF has in its own directory; what cannot be parsed is left out."""
+
+    def block(found: dict[int, Any]) -> bytes:
+        exif = Image.Exif()
+        exif.update({**found, Base.Orientation: orientation})
+        return exif.tobytes()
+
     with quiet_pillow(), suppress(Exception):
         source = Image.Exif()
         stream.seek(0)
         source.load_from_fp(stream)
         if shared := _shared(source):
-            return _block({**shared, ORIENTATION: orientation})
-    return None if orientation == 1 else _block({ORIENTATION: orientation})
+            return block(shared)
+    return None if orientation == 1 else block({})
 
 
-def _block(tags: dict[int, Any]) -> bytes:
-    exif = Image.Exif()
-    for tag, value in tags.items():
-        exif[tag] = value
-    return exif.tobytes()
-
-
-def _directory_with(exif: bytes) -> TiffImagePlugin.ImageFileDirectory_v2:
+def _directory_with(exif: bytes) -> ImageFileDirectory_v2:
     """Start a directory with what it shares with an EXIF block; with nothing if that cannot be parsed."""
     with quiet_pillow(), suppress(Exception):
         source = Image.Exif()
         source.load(exif)
-        directory = TiffImagePlugin.ImageFileDirectory_v2(_HEADER)
+        directory = ImageFileDirectory_v2(_HEADER)
         for tag, value in _shared(source).items():
             directory[tag] = value
         directory.tobytes()  # odd values are only found out here
         return directory
-    return TiffImagePlugin.ImageFileDirectory_v2(_HEADER)
+    return ImageFileDirectory_v2(_HEADER)
 
 
 def _shared(exif: Image.Exif) -> dict[int, Any]:
-    tags = {tag: exif.get_ifd(tag) if tag in (_EXIF, _GPS) else exif[tag] for tag in _SHARED & set(exif)}
-    if _INTEROPERABILITY in tags.get(_EXIF, {}):
-        tags[_EXIF] = {**tags[_EXIF], _INTEROPERABILITY: exif.get_ifd(_INTEROPERABILITY)}
+    """Return what an EXIF block or a TIFF's directory has of what the two share."""
+    folders = (IFD.Exif, IFD.GPSInfo)
+    tags = {tag: exif.get_ifd(tag) if tag in folders else exif[tag] for tag in _SHARED & set(exif)}
+    if IFD.Interop in tags.get(IFD.Exif, {}):
+        tags[IFD.Exif] = {**tags[IFD.Exif], IFD.Interop: exif.get_ifd(IFD.Interop)}
     # Pillow reads text as Latin-1, and writes it as ASCII with question marks; bytes it leaves alone.
     return {tag: value.encode("latin-1") if isinstance(value, str) else value for tag, value in tags.items()}
