@@ -193,7 +193,7 @@ class TestSeeing:
         stages = re.findall(r"^(\D+?) +(\d+\.\d\d) s *$", done.err, re.M)
         names = [name.strip() for name, _ in stages]
         assert names[0] == "read"
-        assert {"align", "relight", "blend", "write"} < set(names)
+        assert {"warp", "relight", "blend", "write"} < set(names)
         assert names[-1] == "in all"
         assert float(stages[-1][1]) == pytest.approx(sum(float(s) for _, s in stages[:-1]), abs=0.1)
         assert (place / "out.png").exists()
