@@ -310,7 +310,7 @@ def test_no_face_names_the_image_and_the_way_out(name, option):
 
 
 @pytest.mark.parametrize(
-    "image", [np.zeros((7, 100)), np.full((20, 20), np.nan), np.zeros((20, 20, 4)), np.zeros((20, 20), int)]
+    "image", [np.zeros((7, 100)), np.full((20, 20), np.nan), np.zeros((20, 20, 5)), np.zeros((20, 20), int)]
 )
 def test_what_is_no_photo(image):
     with pytest.raises(ImageError, match=r"^reference: "):

@@ -116,7 +116,7 @@ def test_arguments_out_of_range_are_refused():
     with pytest.raises(OptionError, match="neighborhood"):
         decompose(image, neighborhood=6)
     with pytest.raises(ImageError, match="image: expected shape"):
-        decompose(np.zeros((9, 9, 4), np.uint8))
+        decompose(np.zeros((9, 9, 5), np.uint8))
 
 
 def test_an_isotropic_split_that_did_not_converge_is_told(monkeypatch):

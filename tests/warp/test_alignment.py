@@ -132,7 +132,7 @@ print(hashlib.sha256(alignment.map.tobytes() + alignment.interpolant.coefficient
 def test_arguments_are_checked_by_name(face_points):
     face = face_points + 40
     with pytest.raises(ImageError, match="reference: expected shape"):
-        align(np.zeros((99, 99, 4), np.uint8), face, face, (99, 99))
+        align(np.zeros((99, 99, 5), np.uint8), face, face, (99, 99))
     with pytest.raises(LandmarkError, match="target_landmarks: expected"):
         align(photo(), face, "face", (240, 240))
     with pytest.raises(OptionError, match="shape: expected"):

@@ -52,7 +52,7 @@ class Landmarks:
     >>> face.scheme, len(face)
     ('points', 4)
     >>> face
-    Landmarks(4 points, interocular distance 20.0 px)
+    Landmarks(4 points, interocular distance 14.1 px)
     """
 
     points: NDArray[np.float64]
