@@ -123,7 +123,7 @@ class Batch:
     def check_journal(self, journal: Journal) -> None:
         """Refuse, by an `OptionError`, to go on with what was begun in another way."""
         folder, force = self.plan.folder, self.plan.force
-        old = journal.path.with_name("journal.jsonl")
+        old = Path(folder, STATE, "journal.jsonl")
         if not journal.path.exists() and old.exists() and not force:
             raise OptionError(
                 f"{old}: is the journal of an earlier relit, which this one does not go on from; choose "

@@ -132,7 +132,9 @@ def batch(
     from relit.runtime.threads import available
 
     _check_options(kind, KINDS[kind].options, references, pairing)
-    rows, source = _rows(manifest, output, targets, references, pairing, seed, kind, settings)
+    rows, source = _rows(manifest, output, targets, references, pairing, seed)
+    if kind == "transfer" and manifest is None and (references is None) == (settings.light is None):
+        raise click.UsageError("Give --references, or --light, and not both.")
     where = Places.of(output, journal, results)
     cache = str(where.journal.parent / "cache") if cache_size else None
     todo = Batch(
@@ -186,8 +188,6 @@ def _rows(
     references: str | None,
     pairing: str,
     seed: int,
-    kind: str,
-    settings: TransferOptions,
 ) -> tuple[Rows, dict[str, Any]]:
     """Return the rows, and what a record says of where they are from."""
     from relit.batch.manifest import Manifest
@@ -200,8 +200,6 @@ def _rows(
             raise click.UsageError("--references goes with --targets; a MANIFEST has its own.")
         table = Manifest(manifest)
         return table, {"manifest": manifest, "manifest_sha256": table.digest()}
-    if kind == "transfer" and (references is None) == (settings.light is None):
-        raise click.UsageError("Give --references, or --light, and not both.")
     pairs = Pairs(
         _photos("--targets", targets or "", output),
         _photos("--references", references, output) if references is not None else (),

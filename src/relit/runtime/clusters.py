@@ -58,7 +58,8 @@ class _Ray(Engine[Any]):
         return self._remote.remote(self._threads, function, *args)
 
     def wait(self, futures: list[Any], seconds: float) -> Iterable[Any]:
-        return list(self._ray.wait(futures, timeout=seconds)[0])
+        some, _ = self._ray.wait(futures, timeout=seconds)  # one, of all that may be done
+        return list(self._ray.wait(futures, num_returns=len(futures), timeout=0)[0]) if some else ()
 
     def result(self, future: Any) -> Any:
         told = self._ray.exceptions
