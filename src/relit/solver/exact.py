@@ -150,12 +150,13 @@ def _minimise(
         # The flow has no other name, so that its memory serves the graph.
         graph = Graph.of_flow(nearly_maximal_flow(shares[ranks], fidelity / UNIT, grid, rows, run), grid)
         parts = [graph.band(pair) for pair in rows]
-        f, low = np.full_like(graph.excess, -1), np.zeros_like(graph.excess)
-        graph.pixels(f)[:] = ranks
         half = 1 << last.bit_length() >> 1
         # The source gives λ to every pixel at or above the threshold; one below has to give it to the sink.
         graph.pixels(graph.excess)[:] += np.where(ranks >= half, np.int32(fidelity), np.int32(-fidelity))
+        f = np.full_like(graph.excess, -1)
+        graph.pixels(f)[:] = ranks
         del ranks
+        low = np.zeros_like(graph.excess)
         while half > 0:
             events = events.plus([cut(graph, parts, run)])
             run(partial(_halve, graph, f, low, half, fidelity), parts)
