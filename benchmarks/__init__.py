@@ -1,1 +1,1 @@
-"""Benchmarks of relit's solvers against their peers: ``python -m benchmarks``."""
+"""Benchmarks: of the solvers against their peers, ``python -m benchmarks``; of what constants are worth."""

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     Planes = NDArray[np.float32]
 
+# What each of these is worth: docs/leaderboard.md, The constants.
 _BRIGHTEST = 0.95  # the share of a face that is darker than what says how bright it is
 
 #: Logarithm of the factor by which a stop changes an encoded value.

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from relit.photo.planes import PlaneSpace
 
 _ROWS = 128  # at a time, so that what is in work fits a processor's cache
+# What each of these is worth: docs/leaderboard.md, The constants.
 _RADIUS, _LEAST = 1, 0.03  # px, and log I: of the lines that carry a change along the photo's edges
 
 

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 #: How far beyond the face's outline skin is relit, in interocular distances.
 REACH = 0.9
 
+# What each of these is worth: docs/leaderboard.md, The constants.
 _CELLS = 24  # that the interocular distance has, where the way from the face is looked for
 _SIDEWAYS = 2.0  # how much farther it is across a face than along it
 _BARRIER, _TEXTURE = 0.6, 1.0  # how far away an edge makes things, per standard deviation of the skin above

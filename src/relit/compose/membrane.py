@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from scipy.sparse.linalg import SuperLU
 
+# What each of these is worth: docs/leaderboard.md, The constants.
 _HOLD = 10.0  # how much more a known cell weighs than its neighbours' wish for smoothness
 _UNKNOWN = 1e-6
 _CELL, _LEAST_CELL = 1 / 20, 2  # interocular distances, and px: the size of the membrane's cells

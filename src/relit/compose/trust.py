@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from relit.face.views import View
 
+# What each of these is worth: docs/leaderboard.md, The constants.
 _RIM, _RIM_RENDERED = 0.1, 0.04  # interocular distances: at its outline a mesh is too flat to shade well
 _EDGE = 0.06  # interocular distances by which features are widened, and over which trust turns soft
 

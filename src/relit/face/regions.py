@@ -24,6 +24,7 @@ FEATHER = 0.3
 #: Brows, eyes and mouth, in which two persons differ most, and which are no skin.
 FEATURES = ("brows", "eyes", "mouth")
 
+# What each of these is worth: docs/leaderboard.md, The constants.
 _TAIL = 2.5  # standard deviations of the blur from the middle of the soft edge to its ends
 _SOFT_EDGE, _PART_MARGIN = 0.08, 0.12  # of the parts of a face, in interocular distances
 _SKIN_MARGIN = 0.12  # interocular distances from the outline to where a face is mostly skin

@@ -18,11 +18,13 @@ from relit.photo.pixels import to_unit
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+# What each of these is worth: docs/leaderboard.md, The constants.
 _DARKEST = 4 / 255  # below, hue is noise
 _HUE, _BRIGHTNESS = 0.045, 0.3  # the least standard deviations, in log
-_ROUNDS = 5
-_OUTLIER = 3.0  # standard deviations
+_ROUNDS = 5  # of leaving out what is not like most
+_OUTLIER = 3.0  # standard deviations: the rule of three sigma
 _EDGE, _SOFT = 3.0, 0.4  # standard deviations at which a pixel is as likely skin as not, and how sharply
+_OF_MEDIAN = 1.4826  # a normal distribution's standard deviation over its median absolute deviation
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +84,7 @@ def skin_of(image: NDArray[Any], face: NDArray[np.bool_]) -> Skin:
     samples = colors[face]
     floor = np.array([_BRIGHTNESS, _HUE, _HUE])[: colors.shape[-1]] ** 2
     mean = np.median(samples, axis=0)
-    spread = 1.4826 * np.median(np.abs(samples - mean), axis=0)
+    spread = _OF_MEDIAN * np.median(np.abs(samples - mean), axis=0)
     precision = np.diag(1 / np.maximum(spread**2, floor))
     for _ in range(_ROUNDS):
         off = samples - mean

@@ -2,7 +2,11 @@
 
 A matt surface of one albedo has the brightness ``max(b·n, 0) + a``, with n its normal, b the direct light
 times the albedo, and a the ambient one. What is darker than that is a cast shadow or a feature, what is
-brighter a highlight: the fit gives them less and less weight the farther off they are.
+brighter a highlight: the fit gives them less and less weight the farther off they are [1]_.
+
+References
+----------
+.. [1] P. J. Huber, "Robust estimation of a location parameter", Ann. Math. Statist. 35(1), 1964.
 """
 
 from __future__ import annotations
@@ -16,9 +20,12 @@ from relit.runtime.threads import one_blas_thread
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+# What each of these is worth: docs/leaderboard.md, The constants.
 _ROUNDS = 12
 _SAMPLES = 40_000  # pixels of a face that a fit looks at; of fewer, it matters which
 _LEAST = 1e-3  # brightness, of 1, that counts as a perfect fit
+_OUTLIER = 1.5  # standard deviations, beyond which an error counts once and not squared [1]_
+_OF_MEDIAN = 1.4826  # a normal distribution's standard deviation over its median absolute deviation
 
 
 class Light(NamedTuple):
@@ -96,8 +103,7 @@ def fit_light(image: NDArray[Any], normals: NDArray[Any], face: NDArray[np.bool_
             root = np.sqrt(trust)
             b = (b + _solved(surface * lit * root[:, None], brightness * root, root)) / 2
             off = np.abs(np.maximum(surface @ b[:3], 0) + b[3] - brightness)
-            # Beyond one and a half standard deviations, an error counts once and not squared.
-            trust = 1 / np.maximum(1, off / max(1.5 * 1.4826 * float(np.median(off)), _LEAST))
+            trust = 1 / np.maximum(1, off / max(_OUTLIER * _OF_MEDIAN * float(np.median(off)), _LEAST))
     return Light(b[:3], float(b[3]))
 
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from relit.face.shape import FaceShape
     from relit.settings.studio_lights import StudioLight
 
+# What each of these is worth: docs/leaderboard.md, The constants.
 _COARSE = 0.04  # interocular distances that normals are smoothed over
 _STEPS = 48  # along a ray
 _FARTHEST = 1.6  # interocular distances that a shadow falls over
@@ -30,50 +31,40 @@ _MARCHED = 40.0  # px between the eyes where rays are marched: shadows are soft
 _PENUMBRA = 0.05  # interocular distances that the steps between the rays' shadows are blurred over
 
 
-def render(shape: FaceShape, light: StudioLight, unit: float) -> NDArray[np.float32]:
-    """Return a matt white face in a light, encoded as photos are.
+def render(shape: FaceShape, light: StudioLight, iod: float) -> NDArray[np.float32]:
+    """Return a matt white face in a light, encoded as photos are: (H, W) in [0, 1].
 
-    Parameters
-    ----------
-    shape : FaceShape
-    light : StudioLight
-    unit : float
-        Interocular distance in px.
-
-    Returns
-    -------
-    (H, W) float32 array
-        In [0, 1]; beyond the face, as at its rim.
+    `iod` is the interocular distance in px. Beyond the face, it is as at its rim.
     """
     # A mesh is coarser than a face: what it makes sharp is its own.
-    sigma = _COARSE * unit
+    sigma = _COARSE * iod
     normals = np.stack([gaussian_filter(n, sigma, mode="nearest") for n in np.moveaxis(shape.normals, -1, 0)])
     normals /= np.linalg.norm(normals, axis=0)
     straight = np.maximum(np.tensordot(_direction(light).astype(np.float32), normals, 1), 0)
-    lit = (1 - light.ambient) * straight * _visible(shape, light, unit) + light.ambient
+    lit = (1 - light.ambient) * straight * _visible(shape, light, iod) + light.ambient
     return np.asarray(np.clip(lit, 0, 1) ** (1 / GAMMA), np.float32)
 
 
-def _visible(shape: FaceShape, light: StudioLight, unit: float) -> NDArray[np.float32]:
+def _visible(shape: FaceShape, light: StudioLight, iod: float) -> NDArray[np.float32]:
     """Return the share of the lamp that each pixel of the face sees past the rest of the face."""
-    factor = max(int(unit / _MARCHED), 1)
-    unit = unit / factor
+    factor = max(int(iod / _MARCHED), 1)
+    iod = iod / factor
     depth = reduced(shape.depth, factor).astype(np.float64) / factor
     inside = reduced(shape.inside.astype(np.float32), factor) > 0.5
     blockers = np.where(inside, depth, np.inf)  # what is beyond the face is not known to block anything
     y, x = np.nonzero(inside)
-    z = depth[inside] - _ROUGH * unit
+    z = depth[inside] - _ROUGH * iod
     share = np.zeros(len(z))
     rays = _rays(_direction(light))
     for ray in rays:
         free = np.ones(len(z), bool)
-        for step in np.linspace(0.03, _FARTHEST, _STEPS) * unit:
+        for step in np.linspace(0.03, _FARTHEST, _STEPS) * iod:
             there = [y + step * ray[1], x + step * ray[0]]
             free &= map_coordinates(blockers, there, order=0, cval=np.inf) >= z + step * ray[2]
         share += free / len(rays)
     seen = np.ones(depth.shape)
     seen[inside] = share
-    soft = gaussian_filter(seen, _PENUMBRA * unit).astype(np.float32)
+    soft = gaussian_filter(seen, _PENUMBRA * iod).astype(np.float32)
     return Enlarger(soft, factor, shape.inside.shape).rows(0, shape.inside.shape[0])
 
 

@@ -41,6 +41,8 @@ _GAP = 1e-3  # relative duality gap of the isotropic kind
 #: The interocular distance, in px, of the face that λ refers to.
 FACE_SCALE = 100.0
 
+_GAP = 1e-3  # relative duality gap of the isotropic kind
+
 
 @dataclass(frozen=True, eq=False)
 class Decomposition:
@@ -146,19 +148,18 @@ def decompose(
 def _large_scale(
     plane: NDArray[Any], lam: float, neighborhood: int | str, threads: int
 ) -> NDArray[np.float32]:
-    if neighborhood == "isotropic":
-        log = np.log(np.maximum(to_unit(plane), DARKEST))
-        solution = tv_l1_isotropic(log, lam, tolerance=_GAP)
-        if solution.gap > _GAP:
-            warnings.warn(
-                f"isotropic TV-L1 stopped after {solution.iterations} iterations, {solution.gap:.1%} from "
-                "the optimum; a larger lam converges sooner; 4, 8 or 16 neighbours are exact",
-                RuntimeWarning,
-                stacklevel=2,
-            )
-        return np.exp(solution.u).astype(np.float32)
-    u = tv_l1(plane, lam, neighborhood, threads=threads)  # type: ignore[arg-type]
-    return np.maximum(to_unit(u), np.float32(DARKEST))
+    if neighborhood != "isotropic":
+        u = tv_l1(plane, lam, neighborhood, threads=threads)  # type: ignore[arg-type]
+        return np.maximum(to_unit(u), np.float32(DARKEST))
+    solution = tv_l1_isotropic(np.log(np.maximum(to_unit(plane), DARKEST)), lam, tolerance=_GAP)
+    if solution.gap > _GAP:
+        warnings.warn(
+            f"isotropic TV-L1 stopped after {solution.iterations} iterations, {solution.gap:.1%} from "
+            "the optimum; a larger lam converges sooner; 4, 8 or 16 neighbours are exact",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+    return np.exp(solution.u).astype(np.float32)
 
 
 def normalize(
@@ -168,7 +169,7 @@ def normalize(
     neighborhood: int | str = 4,
     interocular_distance: float = FACE_SCALE,
 ) -> NDArray[np.float32]:
-    """Return what of a face does not depend on the light: v of its lightness, an image for recognition [1]_.
+    """Return what of a face does not depend on the light: v of its lightness, an image for recognition.
 
     Parameters
     ----------
@@ -186,11 +187,6 @@ def normalize(
         If the image is not a photo's pixels.
     OptionError
         If λ, the neighbourhood or the distance is out of range.
-
-    References
-    ----------
-    .. [1] T. Chen, W. Yin, X. S. Zhou, D. Comaniciu, T. S. Huang, "Total variation models for variable
-           lighting face recognition", IEEE PAMI 28(9), 2006.
 
     Examples
     --------

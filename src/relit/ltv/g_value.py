@@ -60,19 +60,9 @@ class Scale:
 
 
 def scale_of(mask: NDArray[Any], neighborhood: Neighborhood = 4) -> Scale:
-    """Return the scale of a shape.
+    """Return the scale of a shape, an (H, W) array of booleans; of several shapes, the largest scale.
 
-    Parameters
-    ----------
-    mask : (H, W) bool array
-        The shape, on an empty plane. Of several shapes, the one of largest scale counts.
-    neighborhood : {4, 8, 16}
-        What measures the perimeter.
-
-    Returns
-    -------
-    Scale
-        Exact to the 2⁻²⁰ px⁻¹ of the solver's λ.
+    The neighbourhood measures the perimeter. The scale is exact to the 2⁻²⁰ px⁻¹ of the solver's λ.
 
     Raises
     ------
@@ -122,27 +112,21 @@ def _ratio(candidate: NDArray[np.bool_], mask: NDArray[np.bool_], grid: Grid) ->
 def feature_mask(landmarks: Landmarks) -> NDArray[np.bool_]:
     """Return the brows, eyes, nose and mouth of a face, filled, on a face whose eyes are 100 px apart.
 
-    Parameters
-    ----------
-    landmarks : Landmarks
-        Of a scheme that says which points these are.
-
     Raises
     ------
     LandmarkError
-        If the scheme does not.
+        If the landmarks' scheme does not say which points these are.
     """
-    groups = landmarks.groups
-    if not all(name in groups for name in _FEATURES):
+    if not all(name in landmarks.groups for name in _FEATURES):
         raise LandmarkError(
             f"landmarks: expected a scheme that names {', '.join(_FEATURES)}, got {landmarks.scheme}; give "
             "λ as a number"
         )
     hulls = feature_hulls(landmarks, _FEATURES)
     points = np.vstack(hulls)
-    grow = FACE_SCALE / landmarks.interocular_distance
-    corner = points.min(axis=0) * grow - FACE_SCALE / 4  # room around
-    width, height = np.ceil(points.max(axis=0) * grow - corner + FACE_SCALE / 4).astype(int).tolist()
+    grow, room = FACE_SCALE / landmarks.interocular_distance, FACE_SCALE / 4
+    corner = points.min(axis=0) * grow - room
+    width, height = np.ceil(points.max(axis=0) * grow - corner + room).astype(int).tolist()
     return drawn([hull * grow - corner for hull in hulls], (height, width))
 
 

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
     Plane: TypeAlias = NDArray[np.float64]
 
+# What each of these is worth: docs/leaderboard.md, The constants.
 _DARKEST_SHADE = 0.04  # of a light's strongest: what it leaves darker is no base for a ratio
 _UNLIT, _LIT = 0.03, 0.3  # brightness, of the light's strength, that says nothing and all of a person
 _TILT, _NOISE = 0.15, 2 / 255  # rad, how wrong a normal of the mesh is; brightness, of 1

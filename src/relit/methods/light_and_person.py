@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from relit.face.regions import FaceRegions
     from relit.methods.explained_face import Plane
 
+# What each of these is worth: docs/leaderboard.md, The constants.
 _PERSON, _HALVES = 0.35, 0.4  # in log I: how different two people are, and the two halves of one
 
 

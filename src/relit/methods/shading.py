@@ -27,6 +27,7 @@ from relit.methods.scene import Relit, Scene, stacked
 if TYPE_CHECKING:
     from relit.methods.explained_face import Plane
 
+# What each of these is worth: docs/leaderboard.md, The constants.
 _RESIDUAL, _SHADOW, _SHADOW_FROM = 0.6, 0.6, -0.8  # share of r that is light, more of it below, in log I
 _OTHERS, _ACROSS = 0.9, 0.1  # how little of r counts in features, and how far it is from beyond them
 

@@ -1,4 +1,4 @@
-"""Compiling functions with numba: cached where a cache can be written, and announced to who wants to know."""
+"""Compiling functions with numba: cached where a cache can be written, and announced to whoever asks."""
 
 from __future__ import annotations
 
@@ -17,10 +17,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 def compiled(function: Function) -> Function:
     """Compile a function on its first call, free of Python's lock, and keep the result on disk.
 
-    The cache knows by its date whether the function's own file has changed, and no other: a compiled function
-    calls compiled functions of its own module alone, or an old one of them would live on in it.
-    Where neither the package's folder nor the user's cache can be written, or the disk is full,
-    every process compiles anew.
+    The cache sees by its date whether the function's own file has changed, and no other: a compiled function
+    calls compiled functions of its own module alone, or an old one of them would live on in it. Where neither
+    the package's folder nor the user's cache can be written, every process compiles anew.
     """
     return _compile(function)
 
@@ -51,14 +50,11 @@ def _compile(function: Function, **options: Any) -> Function:
 
 class _FirstCompilation(event.Listener):
     def __init__(self, tell: Callable[[], None]) -> None:
-        self._tell = tell
-        self._told = False
+        self._tell = [tell]
 
     def on_start(self, event: Any) -> None:
-        function = event.data["dispatcher"].py_func
-        if not self._told and function.__module__.startswith("relit."):
-            self._told = True
-            self._tell()
+        if self._tell and event.data["dispatcher"].py_func.__module__.startswith("relit."):
+            self._tell.pop()()
 
     def on_end(self, event: Any) -> None:
         pass

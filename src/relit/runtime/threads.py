@@ -15,7 +15,7 @@ from threadpoolctl import ThreadpoolController
 from relit.errors import OptionError
 
 _LEAST_PIXELS = 2**15  # of a band; below, a thread does not pay
-_LEAST_ROWS = 16  # the most that a band borrows from its neighbour
+_LEAST_ROWS = 16  # the most that a band shares with its neighbour
 
 _most: ContextVar[int | None] = ContextVar("most", default=None)
 
@@ -39,18 +39,9 @@ def available() -> int:
 
 @contextmanager
 def limit(threads: int) -> Iterator[None]:
-    """Let what runs here, and in the threads that `pool` lends it, take at most so many at once.
+    """Let what runs here, and in the threads of a `pool`, take at most so many threads at once.
 
     So workers side by side share the cores. Linear algebra has threads of its own: see `one_blas_thread`.
-
-    Parameters
-    ----------
-    threads : int
-
-    Raises
-    ------
-    OptionError
-        If it is no integer above 0.
 
     Examples
     --------
@@ -76,7 +67,7 @@ def check_threads(threads: int | None) -> int:
 
 @contextmanager
 def pool(threads: int) -> Iterator[Run]:
-    """Lend what runs a function on several items, in so many threads.
+    """Start so many threads, and give what runs a function on several items in them.
 
     Examples
     --------
@@ -99,20 +90,14 @@ def pool(threads: int) -> Iterator[Run]:
 def bands(shape: tuple[int, int], threads: int | None) -> list[tuple[int, int]]:
     """Return the ranges of rows of an image that so many threads work on: fewer where it is small.
 
-    Raises
-    ------
-    OptionError
-        If the number of threads is out of range.
-
     Examples
     --------
     >>> bands((512, 512), 2), bands((100, 100), 2)
     ([(0, 256), (256, 512)], [(0, 100)])
     """
     height, width = shape
-    return split(
-        height, max(1, min(check_threads(threads), height * width // _LEAST_PIXELS, height // _LEAST_ROWS))
-    )
+    most = min(check_threads(threads), height * width // _LEAST_PIXELS, height // _LEAST_ROWS)
+    return split(height, max(1, most))
 
 
 def split(size: int, parts: int) -> list[tuple[int, int]]:

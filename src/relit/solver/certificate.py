@@ -115,18 +115,15 @@ def certify(
     return Certificate(feasible and agree, feasible, number(primal), number(dual))
 
 
-def _as_summable(image: NDArray[Any], u: NDArray[Any], grid: Grid) -> tuple[NDArray[Any], NDArray[Any]]:
+def _as_summable(image: NDArray[Any], u: NDArray[Any], grid: Grid) -> list[NDArray[Any]]:
     """Return both, less the least value, as floats or integers that add up: Python's where 64 bits fail.
 
     The flow's divergences add up to 0, so that a common shift changes neither energy.
     """
-    if image.dtype.kind == "f" or u.dtype.kind == "f":
-        least = min(image.min(), u.min())
-        return image.astype(np.float64) - least, u.astype(np.float64) - least
-    lowest = min(int(image.min()), int(u.min()))
-    span = max(int(image.max()), int(u.max())) - lowest
+    both = (image, u)
+    if any(plane.dtype.kind == "f" for plane in both):
+        return [plane.astype(np.float64) - min(image.min(), u.min()) for plane in both]
+    least, most = min(int(plane.min()) for plane in both), max(int(plane.max()) for plane in both)
     terms = image.size * (len(grid.steps) + 1)
-    fits = span * terms * 2 * sum(grid.weights) < 2**62
-    shifted = (plane.astype(object) - lowest for plane in (image, u))
-    first, second = ((plane.astype(np.int64) if fits else plane) for plane in shifted)
-    return first, second
+    kind = np.int64 if (most - least) * terms * 2 * sum(grid.weights) < 2**62 else object
+    return [(plane.astype(object) - least).astype(kind) for plane in both]

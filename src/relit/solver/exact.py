@@ -1,15 +1,22 @@
-"""TV-L1 [1]_: the minimiser of ``TV(u) + λ ‖f - u‖₁``, exactly where the total variation is anisotropic.
+"""TV-L1 [1]_: the minimiser of ``TV(u) + λ ‖f - u‖₁``, exactly, for anisotropic total variation.
 
-**Anisotropic** (4, 8 or 16 neighbours). Total variation is ``Σ w_pq |u_p - u_q|`` over the pairs of
-neighbours, with unit weights for 4 neighbours and the Cauchy-Crofton weights of [2]_ for 8 and 16. By the
-discrete co-area formula the energy is a sum over thresholds, each a binary cut, and their minimisers are
-nested [3]_. So an image of K distinct values takes ⌈log₂ K⌉ cuts of the whole grid: each halves the range of
-values of every pixel. Arcs between pixels of different ranges are saturated from then on, and the flow of
-every round stays feasible in the next, which is why one array of residuals serves all rounds. The first round
-starts from a flow that is nearly maximal for all thresholds at once (`warm_start`).
+**Total variation** is ``Σ w_pq |u_p - u_q|`` over the pairs of neighbours, with unit weights for 4 neighbours
+and the Cauchy-Crofton weights of [2]_ for 8 and 16.
 
-Only the order of the values matters (*contrast invariance*: ``TVL1(g(f)) = g(TVL1(f))`` for increasing g), so
-we solve for ranks and never quantise: any bit depth, any float image, and the LTV model's logarithm for free.
+**Co-area.** Both terms are sums over thresholds t, and so is the energy: of ``TV([u ≥ t])`` and
+``λ ‖[f ≥ t] - [u ≥ t]‖₁``, which is the capacity of a cut. So ``[u ≥ t]`` is the source side of a minimum cut
+between the pixels that are at or above t and those below, and the smallest of these are nested [3]_.
+
+**Halving.** Since they are nested, an image of K distinct values takes ⌈log₂ K⌉ cuts of the whole grid: each
+halves the range of values of every pixel. Arcs between pixels of different ranges are saturated from then on,
+and the flow of every round stays feasible in the next, which is why one array of residuals serves all rounds.
+The first starts from a flow that is nearly maximal for all thresholds at once (`warm_start`).
+
+**Certificate.** The last flow solves the dual for all thresholds at once. It is within the weights and no
+pixel keeps more than λ of it, so that ``Σ f·div flow`` is at most the energy of any image: u attains it.
+
+**Contrast invariance.** Only the order of the values matters: ``TVL1(g(f)) = g(TVL1(f))`` for increasing g.
+So we solve for ranks and never quantise: any bit depth, any floats, and the LTV model's logarithm for free.
 
 Where minimisers tie, the result is the **smallest** one, pixel by pixel.
 
@@ -33,7 +40,7 @@ import numpy as np
 
 from relit.runtime.jit import compiled
 from relit.runtime.threads import bands, pool, split
-from relit.solver.graph import Flags, Graph, Ints
+from relit.solver.graph import Graph, Ints
 from relit.solver.mincut import cut
 from relit.solver.neighborhoods import UNIT, Grid, Neighborhood, check_plane
 from relit.solver.search_forest import Events
@@ -138,27 +145,32 @@ def _minimise(
     rows = bands(image.shape, threads)
     events = Events()
     values, ranks, shares = _ranks(image)
+    last = len(values) - 1
     with pool(len(rows)) as run:
-        # Nobody else holds the flow, so that its memory serves the graph.
+        # The flow has no other name, so that its memory serves the graph.
         graph = Graph.of_flow(nearly_maximal_flow(shares[ranks], fidelity / UNIT, grid, rows, run), grid)
         parts = [graph.band(pair) for pair in rows]
+        half = 1 << last.bit_length() >> 1
+        # The source gives λ to every pixel at or above the threshold; one below has to give it to the sink.
+        graph.pixels(graph.excess)[:] += np.where(ranks >= half, np.int32(fidelity), np.int32(-fidelity))
         f = np.full_like(graph.excess, -1)
         graph.pixels(f)[:] = ranks
         del ranks
         low = np.zeros_like(graph.excess)
-        half = 1 << (len(values) - 1).bit_length() >> 1
-        _owe(graph.excess, f, half, fidelity)
         while half > 0:
             events = events.plus([cut(graph, parts, run)])
             run(partial(_halve, graph, f, low, half, fidelity), parts)
             half //= 2
         if feasible:
-            _ask_for_feasibility(graph.excess, f, low, len(values) - 1, fidelity)
+            # The thresholds below the least value and above the greatest cut nothing off, but ask that no
+            # pixel keeps more than λ. Where u is neither value, the other thresholds have seen to that.
+            graph.excess[(low == last) & (f >= last)] -= 2 * fidelity
+            graph.excess[(low > 0) & (low < last)] = 0
             events = events.plus([cut(graph, parts, run)])
     levels = graph.pixels(low)
     u = np.empty(image.shape, image.dtype)
-    for first, last in split(len(image), 1 + image.size // 2**20):  # indexing takes 8 bytes a pixel
-        u[first:last] = values[levels[first:last]]
+    for first, stop in split(len(image), 1 + image.size // 2**20):  # indexing takes 8 bytes a pixel
+        u[first:stop] = values[levels[first:stop]]
     return u, graph, levels, events
 
 
@@ -180,51 +192,21 @@ def _ranks(image: NDArray[Any]) -> tuple[NDArray[Any], Ints, NDArray[np.float32]
 
 
 @compiled
-def _owe(excess: Ints, f: Ints, threshold: int, fidelity: int) -> None:
-    """Give λ from the source to every pixel at or above the threshold; let one below owe it to the sink."""
-    for p in range(f.size):
-        if f[p] >= 0:
-            excess[p] += fidelity if f[p] >= threshold else -fidelity
-
-
-@compiled
 def _halve(graph: Graph, f: Ints, low: Ints, half: int, fidelity: int, band: tuple[int, int]) -> None:
     """Close the arcs that the cut crosses, halve every pixel's range by it, and turn to the next thresholds.
 
     Across the cut the source side sends all it can; what could flow back must not, from now on.
     """
-    reached = graph.reached
     start, stop = band
+    reached, excess = graph.reached[start:stop], graph.excess[start:stop]
+    f, low = f[start:stop], low[start:stop]
     for k in range(graph.offset.size):
         q = start + graph.offset[k]
-        _close_crossed(graph.residual[k, start:stop], reached[start:stop], reached[q : q + stop - start])
-    _raise_low(graph.excess[start:stop], reached[start:stop], f[start:stop], low[start:stop], half, fidelity)
-
-
-@compiled
-def _close_crossed(residual: Ints, side: Flags, other: Flags) -> None:
-    for x in range(residual.size):
-        residual[x] *= side[x] == other[x]
-
-
-@compiled
-def _raise_low(excess: Ints, side: Flags, f: Ints, low: Ints, half: int, fidelity: int) -> None:
+        residual, other = graph.residual[k, start:stop], graph.reached[q : q + stop - start]
+        for x in range(residual.size):
+            residual[x] *= reached[x] == other[x]
     for x in range(f.size):
         was_above = np.int32(f[x] >= low[x] + half)
-        low[x] += half * side[x]
+        low[x] += half * reached[x]
         is_above = np.int32(f[x] >= low[x] + half // 2)
         excess[x] += 2 * fidelity * (is_above - was_above)
-
-
-@compiled
-def _ask_for_feasibility(excess: Ints, f: Ints, low: Ints, last: int, fidelity: int) -> None:
-    """Set the thresholds below the least value and above the greatest.
-
-    They cut nothing off, but ask that no pixel sends or takes more than λ. Where u is neither value, the
-    other thresholds have seen to that.
-    """
-    for p in range(f.size):
-        if low[p] == last:
-            excess[p] -= 2 * fidelity * (f[p] >= last)
-        elif low[p] > 0:
-            excess[p] = 0

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from relit.solver.neighborhoods import Grid
 
 Ints = NDArray[np.int32]
-Flags = NDArray[np.uint8]
 
 #: Rows above and below the image: no step goes farther than two, and a shifted row begins in the one before.
 _MARGIN = 3
@@ -35,17 +34,15 @@ class Graph(NamedTuple):
     residual : (D, N) int32 array
         What can still flow from pixel p to ``p + offset[k]``, in `UNIT`. The arc is open where it is above 0.
     excess : (N,) int32 array
-        > 0: surplus, what the source can still send into p; < 0: debt, what p can still send to the sink;
-        0 in the margin.
+        > 0: what the source can still send into p; < 0: a deficit, what p can still send to the sink; 0 in
+        the margin.
     reached : (N,) uint8 array
-        1 where a surplus reaches p over open arcs; 0 in the margin.
+        1 where an excess reaches p over open arcs; 0 in the margin.
     carry : (N,) int32 array
         Scratch space. 0 in the margin between any two steps, and at all times behind the last row of a band:
         steps of the next band begin there.
-    link, depth, stamp : (N,) int32 array
-        Scratch space.
-    parent : (N,) int8 array
-        Scratch space.
+    link, depth, stamp, parent : (N,) int32 or int8 array
+        Scratch space, and the search forest.
     offset : (D,) int64 array
         Index step of every direction.
     drop : (D,) int64 array
@@ -56,7 +53,7 @@ class Graph(NamedTuple):
 
     residual: Ints
     excess: Ints
-    reached: Flags
+    reached: NDArray[np.uint8]
     carry: Ints
     link: Ints
     depth: Ints
@@ -69,14 +66,9 @@ class Graph(NamedTuple):
 
     @classmethod
     def of_flow(cls, flow: NDArray[np.float32], grid: Grid) -> Graph:
-        """Return the graph of an image with a flow in it, and an excess of what the flow brings to a pixel.
+        """Return the graph of an image with a flow in it; the excess is what the flow brings to a pixel.
 
-        Parameters
-        ----------
-        flow : (D/2, H, W) float32 array
-            Flow along every step of the grid, within its weight; 0 where a step leaves the image.
-        grid : Grid
-            The neighbourhood.
+        The flow, (D/2, H, W), is along every step of the grid, within its weight, and 0 out of the image.
         """
         _, height, width = flow.shape
         # The right margin of a row serves the next row as its left one.
@@ -118,10 +110,7 @@ class Graph(NamedTuple):
         return (first + _MARGIN) * self.stride, (last + _MARGIN) * self.stride
 
     def flow(self, ranks: Ints, grid: Grid) -> Ints:
-        """Return the flow along every step of the grid, given where arcs were closed: between unequal ranks.
-
-        Those were saturated downhill.
-        """
+        """Return the flow along every step of the grid; between unequal ranks, arcs were saturated."""
         flow = np.zeros((len(grid.steps), *ranks.shape), np.int32)
         residual = self.pixels(self.residual)
         for k, (step, weight) in enumerate(zip(grid.steps, grid.weights, strict=True)):

@@ -1,8 +1,8 @@
 """Isotropic TV-L1 by a primal-dual method, stopped by its duality gap.
 
 Minimises ``Σ |∇u| + λ Σ |f - u|`` with forward differences and the Euclidean length of the gradient, by the
-iteration of `saddle_point`. Unlike the anisotropic kind it has no exact combinatorial solver and
-is not exactly contrast-invariant, so the LTV model runs it on log I.
+iteration of `primal_dual_iteration`. Unlike the anisotropic kind it has no exact combinatorial solver and is
+not exactly contrast-invariant, so the LTV model runs it on log I.
 
 Since a minimiser stays within the range [a, b] of f, the minimum over that range of ``λ|f - u| - u div p``,
 pixel by pixel, bounds the optimum from below for every p with ``|p| ≤ 1``: the gap needs no limit on
@@ -122,9 +122,8 @@ def tv_l1_isotropic(
     f = (image - lowest) / span
     rows = bands(f.shape, threads)
     with pool(len(rows)) as run:
-        iteration = SaddlePoint(
-            f.astype(np.float32), lam, ((0, 1), (1, 0)), None, ratio=_STEP_RATIO, rows=rows, run=run
-        )
+        single, steps = f.astype(np.float32), ((0, 1), (1, 0))
+        iteration = SaddlePoint(single, lam, steps, None, ratio=_STEP_RATIO, rows=rows, run=run)
         iterations = best_at = 0
         best = np.inf
         while True:
@@ -151,7 +150,7 @@ def _energies(u: Floats, p: NDArray[Any], f: Floats, lam: float, rows: tuple[int
     above = np.zeros(width)
     if first > 0:
         for x in range(width):
-            above[x] = _cut_to_disc(p[1, first - 1, x], p[0, first - 1, x])
+            above[x] = _cut_to_disc(p[0, first - 1, x], p[1, first - 1, x])[1]
     for y in range(first, last):
         before = 0.0
         for x in range(width):
@@ -159,7 +158,7 @@ def _energies(u: Floats, p: NDArray[Any], f: Floats, lam: float, rows: tuple[int
             across = u[y, x + 1] - here if x + 1 < width else 0.0
             down = u[y + 1, x] - here if y + 1 < height else 0.0
             sums[y - first, 0] += np.sqrt(across * across + down * down) + lam * abs(here - f[y, x])
-            to_right, to_below = _cut_to_disc(p[0, y, x], p[1, y, x]), _cut_to_disc(p[1, y, x], p[0, y, x])
+            to_right, to_below = _cut_to_disc(p[0, y, x], p[1, y, x])
             push = to_right - before + to_below - above[x]
             before, above[x] = to_right, to_below
             sums[y - first, 1] += min(-f[y, x] * push, lam * f[y, x], lam * (1 - f[y, x]) - push)
@@ -167,7 +166,8 @@ def _energies(u: Floats, p: NDArray[Any], f: Floats, lam: float, rows: tuple[int
 
 
 @compiled
-def _cut_to_disc(component: float, other: float) -> float:
-    """Return one component of a vector cut to a length of 1."""
-    first, second = np.float64(component), np.float64(other)
-    return float(first / max(1.0, np.sqrt(first * first + second * second)))
+def _cut_to_disc(across: float, down: float) -> tuple[float, float]:
+    """Return a vector, cut to a length of 1."""
+    x, y = np.float64(across), np.float64(down)
+    length = max(1.0, np.sqrt(x * x + y * y))
+    return x / length, y / length

@@ -7,7 +7,7 @@ Iterations are staggered: while the first of a batch is at row y, the next is at
 so that a batch passes through the memory once. Bands of rows carry as many rows of their neighbours with them
 as a batch uses up, and are independent of one another until its end: bands do not change a bit of the result.
 
-The kernels work on flat rows with a column of margin, and take unsigned indices: those cannot wrap around, so
+The kernels work on flat rows with a margin of zeros, and take unsigned indices: those cannot wrap around, so
 that the compiler vectorises, and slices would cost as much as the arithmetic.
 
 References
@@ -37,60 +37,53 @@ Index = np.uintp
 
 _RELAXATION = np.float32(1.9)  # below 2, where the method still converges
 _BATCH = 8  # iterations in one pass through the memory
-_MARGIN = 1
+_STATE = ("u", "ahead", "p")  # what goes on from one iteration to the next
 _ONE = np.uintp(1)
 
 
 class _Band(NamedTuple):
-    """Some rows of f, of u, of its extrapolation, and of p for every step, with a margin before each row."""
+    """Rows `first` to `last` of f, of u, of its extrapolation, and of p for every step.
+
+    Pixel x of row y is at ``margin + (y - first) * stride + x``; a 0 lies between any two rows, and as many
+    rows of zeros above as the steps go down.
+    """
 
     f: Floats
     u: Floats
     ahead: Floats
     p: Floats
     divergence: Floats
-    nothing: Floats
-    height: int
+    first: int
+    last: int
+    margin: int
     stride: int
 
     @classmethod
-    def of(cls, f: Floats, directions: int) -> _Band:
-        height, width = f.shape
-        stride = width + _MARGIN
-        flat = np.zeros(height * stride + _MARGIN, f.dtype)
-        flat[_MARGIN:].reshape(height, stride)[:, :width] = f
-        ahead = flat.copy()
-        ahead[stride::stride] = f[:, -1]
-        p = np.zeros((directions, flat.size), f.dtype)
-        scratch = np.zeros((2, width), f.dtype)
-        return cls(flat, flat.copy(), ahead, p, scratch[0], scratch[1], height, stride)
+    def of(cls, f: Floats, first: int, last: int, steps: NDArray[np.int64]) -> _Band:
+        width = f.shape[1]
+        stride = width + 1
+        margin = 1 + int(steps[:, 0].max()) * stride
+        empty = np.zeros(margin + (last - first) * stride, f.dtype)
+        p, divergence = np.zeros((len(steps), empty.size), f.dtype), np.zeros(width, f.dtype)
+        band = cls(empty, empty, empty, p, divergence, first, last, margin, stride)
+        band.rows(empty, first, last)[:, :-1] = f[first:last]
+        ahead = empty.copy()
+        band.rows(ahead, first, last)[:, -1] = f[first:last, -1]
+        return band._replace(u=empty.copy(), ahead=ahead)
 
     def rows(self, flat: Floats, first: int, last: int) -> Floats:
-        """Return some of the rows in one of the arrays, with the margin behind them."""
-        rows = flat[..., _MARGIN + first * self.stride : _MARGIN + last * self.stride]
-        return rows.reshape(*flat.shape[:-1], last - first, self.stride)
+        """Return some rows of one of the arrays, with the margin behind them."""
+        start, stop = ((row - self.first) * self.stride + self.margin for row in (first, last))
+        return flat[..., start:stop].reshape(*flat.shape[:-1], last - first, self.stride)
 
 
 class SaddlePoint:
     """An image's u and p on their way to the saddle point.
 
-    Parameters
-    ----------
-    f : (H, W) float32 or float64 array
-        Values in [0, 1]. Arithmetic is of its type, until refined.
-    lam : float
-        λ in px⁻¹.
-    steps : sequence of (int, int)
-        ``(dy, dx)`` of every difference.
-    weights : sequence of float, optional
-        Weight of every step; without them, the isotropic length of the steps ``(0, 1)`` and ``(1, 0)``.
-    ratio : float
-        Primal over dual step.
-    rows : sequence of (int, int)
-        Ranges of rows that cover the image in order: the bands to work on at once. Of several, none is
-        shorter than what it lends to its neighbour, 8 rows for every row that the steps go down.
-    run : Run
-        Works on the bands.
+    f is of values in [0, 1]; arithmetic is of its type, until refined. The steps are ``(dy, dx)``, ``(0, 1)``
+    and ``(1, 0)`` first; without weights, the isotropic length of these two counts. `ratio` is primal over
+    dual step. The ranges of rows cover the image in order: the bands that `run` works on at once. Of several,
+    none is shorter than what it shares with its neighbour, 8 rows for every row that the steps go down.
     """
 
     def __init__(
@@ -108,13 +101,10 @@ class SaddlePoint:
         self._sizes = np.array([lam, ratio / norm, 1 / (ratio * norm)])
         self._steps = np.array(steps, np.int64)
         self._weights = np.array([] if weights is None else weights)
-        self._reach = int(self._steps[:, 0].max())
         self._rows, self._run = rows, run
-        halo = _BATCH * self._reach
-        self._spans = [(max(first - halo, 0), min(last + halo, len(f))) for first, last in rows]
-        self._bands = []
-        for first, last in self._spans:
-            self._bands.append(_Band.of(f[first:last], len(steps)))
+        halo = _BATCH * int(self._steps[:, 0].max())
+        spans = [(max(first - halo, 0), min(last + halo, len(f))) for first, last in rows]
+        self._bands = [_Band.of(f, *span, self._steps) for span in spans]
 
     def advance(self, iterations: int) -> None:
         """Take some iterations."""
@@ -125,115 +115,75 @@ class SaddlePoint:
 
     def refine(self, f: NDArray[np.float64]) -> None:
         """Go on from here in double precision, with f anew."""
-        refined = []
-        for band, (first, last) in zip(self._bands, self._spans, strict=True):
-            state = {name: getattr(band, name).astype(np.float64) for name in ("u", "ahead", "p")}
-            refined.append(_Band.of(f[first:last], len(self._steps))._replace(**state))
-        self._bands = refined
-
-    def _advance_band(self, count: int, band: _Band) -> None:
-        weights, sizes = self._weights.astype(band.f.dtype), self._sizes.astype(band.f.dtype)
-        _iterate(band, self._steps, weights, sizes, self._reach, count)
+        for k, band in enumerate(self._bands):
+            state = {name: getattr(band, name).astype(np.float64) for name in _STATE}
+            self._bands[k] = _Band.of(f, band.first, band.last, self._steps)._replace(**state)
 
     @property
     def u(self) -> Floats:
         """The primal variable, (H, W)."""
-        return self._gather([band.u for band in self._bands])
+        return self._gather("u")
 
     @property
     def p(self) -> Floats:
         """The dual variable, (D/2, H, W); over-relaxed, and therefore beyond its bounds here and there."""
-        return self._gather([band.p for band in self._bands])
+        return self._gather("p")
 
-    def _gather(self, parts: Sequence[Floats]) -> Floats:
-        own = [
-            band.rows(part, first - start, last - start)[..., :-_MARGIN]
-            for band, part, (start, _), (first, last) in zip(
-                self._bands, parts, self._spans, self._rows, strict=True
-            )
-        ]
-        return np.concatenate(own, axis=-2)
+    def _gather(self, name: str) -> Floats:
+        own = zip(self._bands, self._rows, strict=True)
+        return np.concatenate(
+            [band.rows(getattr(band, name), *rows)[..., :-1] for band, rows in own], axis=-2
+        )
+
+    def _advance_band(self, count: int, band: _Band) -> None:
+        weights, sizes = (numbers.astype(band.f.dtype) for numbers in (self._weights, self._sizes))
+        _iterate(band, self._steps, weights, sizes, count)
 
     def _share_rows(self) -> None:
         """Give every band the rows of its neighbours anew."""
-        for above in range(len(self._bands) - 1):
-            below = above + 1
-            border = self._rows[below][0]
-            for source, target, first, last in (
-                (above, below, self._spans[below][0], border),
-                (below, above, border, self._spans[above][1]),
+        for above, below, (border, _) in zip(self._bands, self._bands[1:], self._rows[1:], strict=False):
+            for theirs, ours, first, last in (
+                (above, below, below.first, border),
+                (below, above, border, above.last),
             ):
-                theirs, ours = self._bands[source], self._bands[target]
-                start, to = self._spans[source][0], self._spans[target][0]
-                for name in ("u", "ahead", "p"):
-                    new = theirs.rows(getattr(theirs, name), first - start, last - start)
-                    ours.rows(getattr(ours, name), first - to, last - to)[:] = new
+                for name in _STATE:
+                    new = theirs.rows(getattr(theirs, name), first, last)
+                    ours.rows(getattr(ours, name), first, last)[:] = new
 
 
 @compiled
-def _iterate(
-    band: _Band, steps: NDArray[np.int64], weights: Floats, sizes: Floats, reach: int, count: int
-) -> None:
+def _iterate(band: _Band, steps: NDArray[np.int64], weights: Floats, sizes: Floats, count: int) -> None:
     """Take a batch of iterations. What its reach covers, from where the band was cut off, becomes wrong."""
     lam, tau, sigma = sizes
-    height, stride = band.height, band.stride
-    width = stride - _MARGIN
-    f, u, ahead, across, down = band.f, band.u, band.ahead, band.p[0], band.p[1]
-    divergence = band.divergence
-    n = np.uintp(width)
+    height, stride, ahead, divergence = band.last - band.first, band.stride, band.ahead, band.divergence
+    width, reach = stride - 1, steps[:, 0].max()
     for front in range(height + reach * (count - 1)):
         for i in range(count):
             y = front - reach * i
             if not 0 <= y < height:
                 continue
-            row = _MARGIN + y * stride
-            at = np.uintp(row)
-            # Differences that leave the image are 0: the last row and column stand in for their neighbours.
-            below = np.uintp(row + stride) if y + 1 < height else at
-            if weights.size > 0:
-                _step_axes(across, down, ahead, at, below, n, sigma, weights[0], weights[1])
-            else:
-                _step_axes_isotropic(across, down, ahead, at, below, n, sigma)
-            if y > 0:
-                _diverge(divergence, across, down, down, at, np.uintp(row - stride), n)
-            else:
-                _diverge(divergence, across, down, band.nothing, at, np.uintp(0), n)
+            row = band.margin + y * stride
+            at, n = np.uintp(row), np.uintp(width)
+            # Differences that leave the image are 0.
+            if weights.size == 0:
+                below = np.uintp(row + stride) if y + 1 < height else at
+                _step_isotropic(band.p[0], band.p[1], ahead, at, below, n, sigma)
+            for k in range(weights.size):
+                dy, dx = steps[k]
+                if y + dy < height:
+                    start = row + max(-dx, 0)
+                    there, m = np.uintp(start + dy * stride + dx), np.uintp(max(width - abs(dx), 0))
+                    _step(band.p[k], ahead, np.uintp(start), there, m, sigma, weights[k])
+            _diverge_axes(divergence, band.p[0], band.p[1], at, np.uintp(row - stride), n)
             for k in range(2, len(steps)):
                 dy, dx = steps[k]
-                left, m = max(-dx, 0), np.uintp(width - abs(dx))
-                p, start = band.p[k], row + left
-                if y + dy < height:
-                    _step(p, ahead, np.uintp(start), np.uintp(start + dy * stride + dx), m, sigma, weights[k])
-                    _add(divergence, np.uintp(left), p, np.uintp(start), m)
-                if y >= dy:
-                    _subtract(divergence, np.uintp(left + dx), p, np.uintp(start - dy * stride), m)
-            _step_primal(u, ahead, f, divergence, at, n, tau, tau * lam)
+                _diverge(divergence, band.p[k], at, np.uintp(row - dy * stride - dx), n)
+            _step_primal(band, at, n, tau, tau * lam)
             ahead[row + width] = ahead[row + width - 1]
 
 
 @compiled
-def _step_axes(
-    across: Floats,
-    down: Floats,
-    ahead: Floats,
-    at: Index,
-    below: Index,
-    n: Index,
-    sigma: float,
-    first: float,
-    second: float,
-) -> None:
-    for x in range(n):
-        i = at + x
-        here = ahead[i]
-        a = min(max(across[i] + sigma * (ahead[i + _ONE] - here), -first), first)
-        d = min(max(down[i] + sigma * (ahead[below + x] - here), -second), second)
-        across[i] += _RELAXATION * (a - across[i])
-        down[i] += _RELAXATION * (d - down[i])
-
-
-@compiled
-def _step_axes_isotropic(
+def _step_isotropic(
     across: Floats, down: Floats, ahead: Floats, at: Index, below: Index, n: Index, sigma: float
 ) -> None:
     one = np.float32(1)
@@ -256,30 +206,23 @@ def _step(p: Floats, ahead: Floats, at: Index, there: Index, n: Index, sigma: fl
 
 
 @compiled
-def _diverge(
-    divergence: Floats, across: Floats, down: Floats, above: Floats, at: Index, before: Index, n: Index
+def _diverge_axes(
+    divergence: Floats, across: Floats, down: Floats, at: Index, above: Index, n: Index
 ) -> None:
     for x in range(n):
         i = at + x
-        divergence[x] = across[i] - across[i - _ONE] + down[i] - above[before + x]
+        divergence[x] = across[i] - across[i - _ONE] + down[i] - down[above + x]
 
 
 @compiled
-def _add(divergence: Floats, to: Index, p: Floats, at: Index, n: Index) -> None:
+def _diverge(divergence: Floats, p: Floats, at: Index, before: Index, n: Index) -> None:
     for x in range(n):
-        divergence[to + x] += p[at + x]
+        divergence[x] = divergence[x] + p[at + x] - p[before + x]
 
 
 @compiled
-def _subtract(divergence: Floats, to: Index, p: Floats, at: Index, n: Index) -> None:
-    for x in range(n):
-        divergence[to + x] -= p[at + x]
-
-
-@compiled
-def _step_primal(
-    u: Floats, ahead: Floats, f: Floats, divergence: Floats, at: Index, n: Index, tau: float, pull: float
-) -> None:
+def _step_primal(band: _Band, at: Index, n: Index, tau: float, pull: float) -> None:
+    u, ahead, f, divergence = band.u, band.ahead, band.f, band.divergence
     for x in range(n):
         i = at + x
         v = u[i] + tau * divergence[x]

@@ -1,19 +1,20 @@
-"""Paying the debts of a pixel graph: the search forest of Boykov and Kolmogorov [1]_, grown from one side.
+"""Filling the deficits of a pixel graph: the search forest of Boykov and Kolmogorov [1]_, from one side.
 
-Trees hang from the debts that a surplus reaches and grow, against the arcs, until they meet a surplus; the
+Trees hang from the deficits that an excess reaches and grow, against the arcs, until they meet an excess; the
 path is augmented; the arcs that this saturates cut branches off, whose roots, the orphans, look for a new
-parent among their neighbours or leave the forest. Past a debt that is paid off, reach goes on.
+parent among their neighbours or leave the forest. Past a deficit that is filled, reach goes on.
 
-Growing from debts that are reached, and not from all surpluses or all debts, leaves the large regions alone
-in which all is paid. The forest's arrays are `parent`, the direction of a pixel's parent or ``ROOT``,
-``ORPHAN`` or ``NONE``; `depth`, how far from its root a pixel was at the time of `stamp`, by which orphans
-prefer short, proven ways; and `link`, the queue of active pixels. Invariants between two steps:
+Growing from deficits that are reached, and not from all excesses or all deficits, leaves the large regions
+alone in which nothing is left to do. The forest's arrays are `parent`, the direction of a pixel's parent or
+``ROOT``, ``ORPHAN`` or ``NONE``; `depth`, how far from its root a pixel was at the time of `stamp`, by which
+orphans prefer short, proven ways; and `link`, the queue of active pixels, of which ``queue`` holds the first
+and the last. Invariants between two steps:
 
 - ``residual[k, p] + residual[k ^ 1, q]``, and every pixel's `excess` plus the sum of its flows out, stay as
-  they were given, and no excess ever changes its sign;
-- a pixel that is reached and not in debt has no open arc to what is not reached, so that a path from a
-  surplus to the first debt lies in what is reached;
-- a tree's arcs are open, from leaf to root, and its root is in debt;
+  they were given, and none changes from excess to deficit or back;
+- a pixel that is reached and has no deficit has no open arc to what is not reached, so that a path from an
+  excess to the first deficit lies in what is reached;
+- a tree's arcs are open, from leaf to root, and its root has a deficit;
 - a pixel of the forest with an open arc to it from one that is reached, but not in the forest, is on the
   queue.
 
@@ -27,6 +28,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
+
+import numpy as np
 
 from relit.runtime.jit import compiled, inlined
 from relit.solver.graph import Graph, Ints
@@ -55,18 +58,15 @@ class Events(NamedTuple):
 
 
 @compiled
-def pay_debts(graph: Graph, start: int, stop: int, queue: Ints) -> tuple[int, int, int]:
-    """Pay the debts that are reached inside a band until none is reached from a surplus; count the events.
-
-    The queue is the first and the last active pixel.
-    """
+def fill_deficits(graph: Graph, start: int, stop: int) -> tuple[int, int, int]:
+    """Fill the deficits inside a band until an excess reaches none any more; count the events."""
     excess, reached = graph.excess, graph.reached
     parent, depth, stamp, link = graph.parent, graph.depth, graph.stamp, graph.link
     for p in range(start, stop):
         parent[p] = _NONE
         stamp[p] = 0
         link[p] = _IDLE
-    queue[0] = _LAST
+    queue = np.array([_LAST, _LAST], np.int32)
     for p in range(start, stop):
         if reached[p] and excess[p] < 0:
             parent[p] = _ROOT
@@ -110,7 +110,7 @@ def _activate(p: int, link: Ints, queue: Ints) -> None:
 
 @inlined
 def _grow(graph: Graph, start: int, stop: int, p: int, queue: Ints) -> tuple[int, int]:
-    """Let the tree take neighbours of `p` up to one with a surplus; return its direction, and how many."""
+    """Let the tree take neighbours of `p` up to one with an excess; return its direction, and how many."""
     grown = 0
     parent, depth, stamp = graph.parent, graph.depth, graph.stamp
     for k in range(graph.offset.size):
@@ -137,16 +137,16 @@ def _grow(graph: Graph, start: int, stop: int, p: int, queue: Ints) -> tuple[int
 def _augment(graph: Graph, p: int, k: int, orphans: Ints) -> tuple[int, int]:
     """Send what fits from the neighbour of `p` to the root; return the root and the number of orphans."""
     residual, excess, parent, offset = graph.residual, graph.excess, graph.parent, graph.offset
-    payer = p + offset[k]
-    flow = min(residual[k ^ 1, payer], excess[payer])
+    giver = p + offset[k]
+    flow = min(residual[k ^ 1, giver], excess[giver])
     i = p
     while parent[i] != _ROOT:
         flow = min(flow, residual[parent[i], i])
         i += offset[parent[i]]
     flow = min(flow, -excess[i])
 
-    excess[payer] -= flow
-    residual[k ^ 1, payer] -= flow
+    excess[giver] -= flow
+    residual[k ^ 1, giver] -= flow
     residual[k, p] += flow
     count = 0
     i = p
@@ -170,7 +170,7 @@ def _augment(graph: Graph, p: int, k: int, orphans: Ints) -> tuple[int, int]:
 
 @compiled
 def _pass_through(graph: Graph, start: int, stop: int, p: int, stack: Ints, queue: Ints) -> None:
-    """Let reach go on beyond a debt that is paid off; the debts where it ends next become roots."""
+    """Let reach go on beyond a deficit that is filled; the deficits where it ends next become roots."""
     residual, reached, parent, offset = graph.residual, graph.reached, graph.parent, graph.offset
     stack[0] = p
     count = 1

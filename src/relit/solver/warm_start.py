@@ -35,26 +35,10 @@ _MOST_ITERATIONS = 2000
 def nearly_maximal_flow(
     f: NDArray[np.float32], lam: float, grid: Grid, rows: Sequence[tuple[int, int]], run: Run
 ) -> NDArray[Any]:
-    """Return the flow from each pixel along each of the grid's steps, within their weights.
+    """Return the flow from each pixel along each of the grid's steps, within their weights: (D/2, H, W).
 
-    Parameters
-    ----------
-    f : (H, W) float32 array
-        Values in [0, 1].
-    lam : float
-        λ in px⁻¹.
-    grid : Grid
-        The neighbourhood.
-    rows : sequence of (int, int)
-        Ranges of rows that cover the image in order: the bands to work on at once.
-        They do not change the result.
-    run : Run
-        Works on the bands.
-
-    Returns
-    -------
-    (D/2, H, W) float32 array
-        0 where a step leaves the image.
+    f is of values in [0, 1], and λ in px⁻¹. The ranges of rows cover the image in order: `run` works on them
+    at once, which does not change the result. Where a step leaves the image, the flow is 0.
     """
     weights = [weight / UNIT for weight in grid.weights]
     iteration = SaddlePoint(f, lam, grid.steps, weights, ratio=_STEP_RATIO, rows=rows, run=run)
