@@ -379,7 +379,7 @@ def start(*arguments):
 def finish(child):
     """Return the exit code of a run, and what it wrote."""
     out, err = child.communicate(timeout=300)
-    told = [line for line in err.splitlines(keepends=True) if b" rows/s, " not in line]  # of a slow machine
+    told = [line for line in err.splitlines(keepends=True) if b" rows, " not in line]  # of a slow machine
     return child.returncode, out, b"".join(told)
 
 

@@ -257,4 +257,5 @@ class TestPairs:
         with pytest.raises(OptionError, match="pairing: expected one of all, random, zip, got 'some'"):
             Pairs(["a"], ["x"], "some")
         assert [row[1:3] for row in Pairs(["a", "b"])] == [("a", None), ("b", None)]
+        assert [row[:3] for row in Pairs(["a", "b"], ["x", "y"], "zip")] == [(1, "a", "x"), (2, "b", "y")]
         assert Pairs(["a", "b"]).digest() != Pairs(["a"], ["b"]).digest()

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from relit.batch.jobs import Job, Row
 
+RECENT = 1000  # places that are not looked at again when they come again
 _SHOWN = 5  # clashes that a message names
 
 
@@ -60,8 +61,10 @@ def _uses(
     for row, job in jobs:
         if isinstance(job, str):
             continue
-        yield from ((_key_of(place), f"row {row.number} reads it", None) for place in {*job.inputs} - read)
-        read = {*job.inputs}
+        fresh = {*job.inputs} - read  # references come again and again
+        yield from ((_key_of(place), f"row {row.number} reads it", None) for place in fresh)
+        read = fresh if len(read) > RECENT else read
+        read |= fresh
         above = set[bytes]()
         for file in job.files(kind):
             key = _key_of(places.join(folder, file))

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from weakref import finalize
 
-from relit.batch.clashes import counted_from
+from relit.batch.clashes import RECENT, counted_from
 from relit.batch.jobs import KINDS, Job, options_with
 from relit.errors import OptionError
 from relit.face.landmark_files import FORMATS as LANDMARK_FORMATS
@@ -56,13 +56,16 @@ class Naming:
         for table in ("targets", "lights"):
             self._known.execute(_TABLE.format(table))
         self._known.execute("BEGIN")
+        noted = set[str]()  # references come again and again
         for row in rows:
             self.rows += 1
             if row.problem or row.output:
                 continue
             self._ask(_COUNT.format("targets"), _stem(row.target), row.target)
             self._root = _common(self._root, row.target)
-            if row.reference:
+            if row.reference and row.reference not in noted:
+                noted = noted if len(noted) < RECENT else set()
+                noted.add(row.reference)
                 self._ask(_COUNT.format("lights"), _stem(row.reference)[-1:], row.reference)
                 self._reference_root = _common(self._reference_root, row.reference)
         self._known.execute("COMMIT")
@@ -137,11 +140,16 @@ def _split_suffix(name: str) -> tuple[str, str]:
 
 def _parts(place: str) -> tuple[str, ...]:
     """Return the folders of a place, from the root, and its name."""
+    return _parts_from(place, counted_from(place))
+
+
+@lru_cache(maxsize=4096)
+def _parts_from(place: str, cwd: str) -> tuple[str, ...]:
     if "://" in place:
         scheme, _, rest = place.partition("://")
         return (scheme, *(part for part in rest.split("/") if part not in ("", ".", "..")))
     folder, name = os.path.split(place)
-    return (*_folder_parts(folder, counted_from(folder)), "" if name in (".", "..") else name)
+    return (*_folder_parts(folder, cwd), "" if name in (".", "..") else name)
 
 
 @lru_cache(maxsize=4096)

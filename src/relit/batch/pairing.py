@@ -21,11 +21,6 @@ class Pairs:
 
     With ``all``, every target goes with every reference; with ``random``, with one that the seed and its name
     decide, whatever the other targets are, and which is not itself; with ``zip``, the first with the first.
-
-    Examples
-    --------
-    >>> [(row.number, row.target, row.reference) for row in Pairs(["a", "b"], ["x", "y"], "zip")]
-    [(1, 'a', 'x'), (2, 'b', 'y')]
     """
 
     targets: Sequence[str]

@@ -48,13 +48,7 @@ def path_of(place: str) -> Path | None:
 
 
 def join(root: str, relative: str) -> str:
-    """Return the place that is so far below another.
-
-    Examples
-    --------
-    >>> join("s3://bucket/out", "ann/1.png"), join("out/", "1.png"), join("", "1.png")
-    ('s3://bucket/out/ann/1.png', 'out/1.png', '1.png')
-    """
+    """Return the place that is so far below another."""
     return f"{root}{relative}" if not root or root.endswith("/") else f"{root}/{relative}"
 
 
