@@ -206,6 +206,6 @@ class TestDestinations:
 
 
 def test_the_heavy_libraries_wait_until_they_are_needed():
-    code = "import sys, relit.image; print(*{'imagecodecs', 'tifffile'} & set(sys.modules))"
+    code = "import sys, relit.photo.photo; print(*{'imagecodecs', 'tifffile'} & set(sys.modules))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert found.strip() == ""
