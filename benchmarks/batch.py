@@ -64,10 +64,10 @@ def _workers(count: int) -> Iterator[Engine[Any]]:
     cores = os.sched_getaffinity(0)
     os.sched_setaffinity(0, sorted(cores)[:count])
     try:
-        with engine("local", count) as lent:
-            _call(lent, time.sleep, *[(1,)] * count)
+        with engine("local", count) as running:
+            _call(running, time.sleep, *[(1,)] * count)
             os.sched_setaffinity(0, cores)
-            yield lent
+            yield running
     finally:
         os.sched_setaffinity(0, cores)
 
@@ -122,21 +122,21 @@ def _ratio(taken: Any, over: int, under: int) -> str:
     return f"{np.median(found):.2f} ({found[0]:.2f} to {found[-1]:.2f})"
 
 
-def _done(lent: Engine[Any], folder: Path, out: Path, method: MethodName, *, shared: bool = True) -> float:
+def _done(engine: Engine[Any], folder: Path, out: Path, method: MethodName, *, shared: bool = True) -> float:
     """Return the seconds of a row of a batch."""
     start = time.perf_counter()
     plan = Plan("transfer", str(out), False, f"{out}-cache" if shared else None, 10**9)
     where = Places.of(str(out), f"{out}-journal")
     batch = Batch(Manifest(str(folder / "pairs.csv")), plan, relit.TransferOptions(method=method), where)
     with Journal(where.journal).writing() as journal:
-        counts = run(batch, journal, lent)
+        counts = run(batch, journal, engine)
     assert counts.ok == counts.total
     return (time.perf_counter() - start) / counts.total
 
 
-def _call(lent: Engine[Any], function: Callable[..., Any], *items: tuple[Any, ...]) -> Any:
+def _call(engine: Engine[Any], function: Callable[..., Any], *items: tuple[Any, ...]) -> Any:
     """Return what a function gives in a worker, the last time if it is called several times."""
-    return [result for ended in lent.run(function, items) for _, result in ended][-1]
+    return [result for ended in engine.run(function, items) for _, result in ended][-1]
 
 
 def loop(folder: str, method: MethodName) -> float:

@@ -152,7 +152,7 @@ def _flat(settings: dict[str, Any]) -> dict[str, Any]:
     return settings | (options if isinstance(options, dict) else {}) | {"options": None}
 
 
-def run(batch: Batch, journal: Journal, lent: Engine[Any], tell: Tell = lambda _: None) -> Counts:
+def run(batch: Batch, journal: Journal, engine: Engine[Any], tell: Tell = lambda _: None) -> Counts:
     """Do all rows that are not done yet; `tell` gets the counts whenever they change, and every second.
 
     Where all workers are gone for good, a `ClusterLostError` is raised: the same run goes on once they are
@@ -171,7 +171,7 @@ def run(batch: Batch, journal: Journal, lent: Engine[Any], tell: Tell = lambda _
             folders.update(places.join(plan.folder, file).rpartition("/")[0] for file in job.files(plan.kind))
             yield job, plan, recorded
 
-    for ended in lent.run(do, items()):
+    for ended in engine.run(do, items()):
         fresh = []
         for (job, _, recorded), outcome in ended:
             if isinstance(outcome, WorkerLostError):
@@ -215,8 +215,8 @@ def carry_out(
                     f"{place}: exists already, and no batch wrote it; choose another folder, or use --force"
                 )
             journal.take(name)
-        with workers as lent:
-            counts = run(batch, journal, lent, tell)
+        with workers as engine:
+            counts = run(batch, journal, engine, tell)
         write_table(where.results, batch.rows(), journal)
     ended = datetime.now(UTC)
     times = {

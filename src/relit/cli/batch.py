@@ -151,10 +151,10 @@ def batch(
     workers = workers or available()
     facts = source | {"output": output, "format": suffix, "limit": limit, "cache_size": cache_size}
     facts |= {"engine": engine, "workers": workers, "address": address}
-    lent = engine_of(engine, workers, address=address)  # type: ignore[arg-type]
+    processes = engine_of(engine, workers, address=address)  # type: ignore[arg-type]
     with _stopped_like_control_c(), rows_done(todo.total) as tell:
         try:
-            counts = carry_out(todo, lent, facts, tell)
+            counts = carry_out(todo, processes, facts, tell)
         except KeyboardInterrupt:
             click.echo("relit: the same command goes on from here", err=True)
             raise

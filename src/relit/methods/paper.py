@@ -34,7 +34,9 @@ def relight(scene: Scene) -> Relit:
         reference = scene.own, scene.reference_landmarks
     with pool(2) as run:
         ours, theirs = run(split, (target, reference))
-    return recombined(target=ours, reference=theirs if scene.own is None else _warped(theirs, scene))
+    if scene.own is not None:
+        theirs = _warped(theirs, scene)
+    return recombined(ours, theirs)  # theirs.u * ours.v
 
 
 def _warped(split: Decomposition, scene: Scene) -> Decomposition:

@@ -71,19 +71,19 @@ def _end_with(parent: int) -> None:
 
 @contextmanager
 def _on_loky(workers: int, _address: None) -> Iterator[Engine[Any]]:
-    lent = _Loky(workers)
+    running = _Loky(workers)
     with warnings.catch_warnings():
         # It tells that it replaced a worker that has grown, and how it kills those that are given up.
         warnings.filterwarnings("ignore", module=r"joblib\.externals\.loky")
         try:
-            yield lent
+            yield running
         except BaseException:
             # loky's own kill_workers stumbles over what waits in its queue (joblib 1.6).
-            for process in list(lent.executor._processes.values()):
+            for process in list(running.executor._processes.values()):
                 process.terminate()
             raise
         finally:
-            lent.executor.shutdown()
+            running.executor.shutdown()
 
 
 _ENGINES: dict[str, Any] = {"local": _on_loky, "dask": on_dask, "ray": on_ray}
@@ -115,8 +115,8 @@ def engine(
 
     Examples
     --------
-    >>> with engine("local", 1) as lent:
-    ...     [result for ended in lent.run(abs, [(-3,)]) for _, result in ended]
+    >>> with engine("local", 1) as running:
+    ...     [result for ended in running.run(abs, [(-3,)]) for _, result in ended]
     [3]
     """
     if name not in _ENGINES:
@@ -125,5 +125,5 @@ def engine(
         raise OptionError(f"workers: expected an integer above 0, got {workers!r}")
     if name == "local" and address is not None:
         raise OptionError("address: goes with the engines dask and ray; leave it out, or choose one of them")
-    with _ENGINES[name](workers, address) as lent:
-        yield lent
+    with _ENGINES[name](workers, address) as running:
+        yield running
