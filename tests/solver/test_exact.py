@@ -249,7 +249,7 @@ def smallest_cut(binary, lam, neighborhood):
             capacity.update(zip(zip(a, b, strict=True), itertools.repeat(weights[dy, dx]), strict=False))
     for i, one in enumerate(binary.ravel()):
         capacity[(source, i) if one else (i, sink)] = grid.fidelity(lam)
-    heads, tails = np.array(list(capacity)).T
+    heads, tails = np.array(list(capacity), np.int32).T  # as older releases of SciPy want them
     graph = sparse.csr_array(
         (np.array(list(capacity.values()), np.int32), (heads, tails)), shape=(n + 2, n + 2)
     )
