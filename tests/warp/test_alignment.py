@@ -12,7 +12,8 @@ from skimage.transform import AffineTransform, warp
 
 from relit.errors import ImageError, LandmarkError, OptionError
 from relit.face.landmarks import Landmarks
-from relit.warp.alignment import align, fit_similarity
+from relit.warp.alignment import align
+from relit.warp.similarity import fit_similarity
 
 
 def photo(channels=1):

@@ -20,6 +20,7 @@ from relit.photo.pixels import check_samples, from_unit, size_and_dtype, to_unit
 from relit.runtime.memo import remembered
 from relit.runtime.threads import one_blas_thread
 from relit.warp.rbf import RBF, KernelName, fit_rbf, spacing_of, spread_of
+from relit.warp.similarity import fit_similarity
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -221,42 +222,6 @@ def lay_over(
         used,
         similarity.scale,
     )
-
-
-@dataclass(frozen=True, eq=False)
-class Similarity:
-    """A rotation (or reflection-free turn), scaling and shift: ``x ↦ linear @ x + shift``."""
-
-    linear: NDArray[np.float64]
-    shift: NDArray[np.float64]
-
-    def __call__(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the images of (n, 2) points."""
-        return np.asarray(points @ self.linear.T + self.shift)
-
-    @property
-    def scale(self) -> float:
-        """Factor by which lengths grow."""
-        return float(np.sqrt(np.linalg.det(self.linear)))
-
-
-def fit_similarity(source: NDArray[np.float64], destination: NDArray[np.float64]) -> Similarity:
-    """Return the similarity that takes (n, 2) points nearest to their partners, in least squares.
-
-    In complex numbers it is ``z ↦ a z + b``, so the fit is a linear regression.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> square = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
-    >>> turn = fit_similarity(square, square @ [[0, 2], [-2, 0]] + [5, 5])
-    >>> turn.scale, turn(np.array([[1.0, 0]])).round(6).tolist()
-    (2.0, [[5.0, 7.0]])
-    """
-    z, w = (points[:, 0] + 1j * points[:, 1] for points in (source, destination))
-    a = np.vdot(z - z.mean(), w - w.mean()) / np.vdot(z - z.mean(), z - z.mean())
-    b = w.mean() - a * z.mean()
-    return Similarity(np.array([[a.real, -a.imag], [a.imag, a.real]]), np.array([b.real, b.imag]))
 
 
 def _anchors(face: NDArray[np.float64], height: int, width: int, margin: float) -> NDArray[np.float64]:
