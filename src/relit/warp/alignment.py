@@ -8,6 +8,7 @@ similarity of the two faces takes them.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +24,8 @@ from relit.warp.rbf import RBF, KernelName, fit_rbf, spacing_of, spread_of
 from relit.warp.similarity import fit_similarity
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
     from relit.photo.foreign_images import AnyImage
@@ -180,34 +183,22 @@ def lay_over(
     here, there = target_landmarks.xy[rows], reference_landmarks.xy[rows]
     similarity = fit_similarity(here, there)
     anchors = _anchors(here, height, width, _ANCHOR_MARGIN * target_landmarks.interocular_distance)
-    centers = np.vstack([here, anchors])
-    values = np.vstack([there, similarity(anchors)])
-
     # On a large photo the frame's lattice would miss folds within the face.
     boxes = [(np.zeros(2), np.array([width - 1.0, height - 1.0])), (here.min(axis=0), here.max(axis=0))]
     lattices = [_lattice(*box) for box in boxes]
-    terms: list[NDArray[np.float64]] = []
     # Without the affine part, smoothing would draw the map to a point instead of a plane.
     ladder = (smoothing,) if smoothing is not None else SMOOTHING_LADDER if affine else (0.0,)
-    for used in ladder:
-        # The face sets the lengths, not the frame, however far that is.
-        interpolant = fit_rbf(
-            centers,
-            values,
-            kernel=kernel,
-            affine=affine,
-            smoothing=used,
-            radius=spacing_of(here),
-            scale=spread_of(here),
-        )
-        with one_blas_thread():
-            terms = terms or [interpolant.terms(lattice.reshape(-1, 2)) for lattice in lattices]
-            folded = max(
-                _folded_share(interpolant.of_terms(known).reshape(lattice.shape))
-                for known, lattice in zip(terms, lattices, strict=True)
-            )
-        if folded == 0:
-            break
+    # The face sets the lengths, not the frame, however far that is.
+    fit = partial(
+        fit_rbf,
+        np.vstack([here, anchors]),
+        np.vstack([there, similarity(anchors)]),
+        kernel=kernel,
+        affine=affine,
+        radius=spacing_of(here),
+        scale=spread_of(here),
+    )
+    interpolant, used, folded = _least_folded(fit, ladder, lattices)
 
     places = interpolant.on_grid(height, width, tolerance=MAP_TOLERANCE)
     limits = np.array(reference.shape[1::-1]) - 0.5
@@ -222,6 +213,24 @@ def lay_over(
         used,
         similarity.scale,
     )
+
+
+def _least_folded(
+    fit: Callable[..., RBF], ladder: tuple[float, ...], lattices: list[NDArray[np.float64]]
+) -> tuple[RBF, float, float]:
+    """Return the map of least smoothing that does not fold, or the last; its smoothing, and its folds."""
+    terms: list[NDArray[np.float64]] = []
+    for smoothing in ladder:
+        interpolant = fit(smoothing=smoothing)
+        with one_blas_thread():
+            terms = terms or [interpolant.terms(lattice.reshape(-1, 2)) for lattice in lattices]
+            folded = max(
+                _folded_share(interpolant.of_terms(known).reshape(lattice.shape))
+                for known, lattice in zip(terms, lattices, strict=True)
+            )
+        if folded == 0:
+            break
+    return interpolant, smoothing, folded
 
 
 def _anchors(face: NDArray[np.float64], height: int, width: int, margin: float) -> NDArray[np.float64]:
