@@ -11,7 +11,7 @@ from pathlib import Path
 
 LINT = (("-m", "ruff", "check", "."), ("-m", "ruff", "format", "--check", "."), ("-m", "mypy"))
 COMPILE = ("-m", "tests.compiled")
-TESTS = ("-m", "pytest", "-n", "2", "--dist", "loadfile", "--no-loadscope-reorder")
+TESTS = ("-m", "pytest", "-n", "2", "--dist", "loadfile", "--no-loadscope-reorder", "--durations", "12")
 FAST = (*TESTS, "-m", "not slow and not e2e")
 
 

@@ -391,6 +391,7 @@ def wait_for(condition, child, patience=60):
         time.sleep(0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="needs process groups")
 @pytest.mark.usefixtures("tree")
 class TestProcesses:

@@ -155,6 +155,7 @@ def triples(tmp_path):
     return table
 
 
+@pytest.mark.slow
 def test_triples_are_evaluated_and_written_down(triples, tmp_path):
     stem = tmp_path / "scores"
     done = run(

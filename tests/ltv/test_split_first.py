@@ -99,6 +99,7 @@ def test_of_a_large_photo_the_face_and_its_surroundings_are_split(target, refere
     assert difference[large.mask > 0.01].max() < 0.02
 
 
+@pytest.mark.slow
 def test_other_methods_take_no_notice(target, reference, face):
     for method in OTHERS:
         second = {}

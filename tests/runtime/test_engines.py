@@ -21,7 +21,9 @@ from relit.runtime.engine import share
 from relit.runtime.engines import engine
 from relit.runtime.threads import available, bands, limit, pool
 
-PROCESSES = ["local", pytest.param("dask", marks=pytest.mark.slow)]
+pytestmark = pytest.mark.slow  # nearly every test starts processes
+
+PROCESSES = ["local", "dask"]
 #: Stays at work in two processes, whose numbers it prints; what a Ctrl-C does to it is the default.
 STAY = """
 import signal, sys, time
@@ -304,7 +306,6 @@ class TestRefusals:
         assert time.monotonic() - start < 30
 
 
-@pytest.mark.slow
 class TestCluster:
     """A Dask that runs already."""
 
@@ -342,7 +343,6 @@ class TestCluster:
             engine("dask", 1, address=cluster.scheduler_address).__enter__()
 
 
-@pytest.mark.slow
 class TestRay:
     """Where it is installed."""
 

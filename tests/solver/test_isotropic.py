@@ -23,6 +23,7 @@ def energy_of(u, f, lam):
     return np.hypot(across, down).sum() + lam * np.abs(u - f).sum()
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(f=images, lam=st.floats(0.05, 3), rivals=st.integers(0, 2**32 - 1))
 def test_reported_energy_is_true_and_no_rival_beats_the_bound(f, lam, rivals):

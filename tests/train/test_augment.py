@@ -269,6 +269,7 @@ def _work(augment, image, marks, worker, results):
     results.put((worker, [augment(image, landmarks=marks).sum() for _ in range(3)], augment(image).sum()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["fork", "spawn"])
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
 def test_workers_draw_differently_and_the_same_in_every_run(image, marks, folder, method):

@@ -109,6 +109,7 @@ def test_anchors_keep_their_distance_from_a_face_at_the_frame(face_points):
     assert alignment.folded == 0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="BLAS has one thread there")
 def test_the_map_does_not_depend_on_the_threads_of_blas():
     code = """
