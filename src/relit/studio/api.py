@@ -76,7 +76,7 @@ def begin(store: Store) -> models.Begun:
     return models.Begun(session=store.begin(), expires_in=EXPIRES)
 
 
-@api.delete("/sessions/{session}", status_code=204, responses=described(422))
+@api.delete("/sessions/{session}", status_code=204, response_model=None, responses=described(422))
 def end(store: Store, session: Token) -> None:
     """End a session and forget its photos."""
     store.end(session)
