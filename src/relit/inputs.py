@@ -110,7 +110,7 @@ def look(
     check_inside(here, target.pixels.shape, "target_landmarks")
     seen = [_reference(one, marks, "reference", here, options, detail) for one, marks in references]
     beside = None if second is None else _reference(*second, "second", here, options, detail)
-    if target.pixels.ndim == 2 and any(one.photo.pixels.ndim == 3 for one in seen):
+    if target.is_grey and any(not one.photo.is_grey for one in seen):
         target = target.to_profile(None)  # a grey profile knows no colours
     view = _face_view(target.pixels, here, options, detail)
     grey = (target.pixels.ndim == 2, not seen or seen[0].photo.pixels.ndim == 2)
@@ -149,9 +149,8 @@ def _reference(
 
 
 def _in_profile_of(target: Photo, reference: Reference) -> Reference:
-    """Return a reference in the colours of the target's profile; in sRGB where one of the two is grey."""
-    alike = target.pixels.ndim == reference.photo.pixels.ndim
-    return reference._replace(photo=reference.photo.to_profile(target.profile if alike else None))
+    """Return a reference in the colours of the target's profile."""
+    return reference._replace(photo=reference.photo.to_profile_of(target))
 
 
 def _face_view(

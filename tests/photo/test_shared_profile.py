@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
-from relit.photo.photo import Photo, in_one_profile
+from relit.inputs import look
+from relit.photo.photo import Photo
+from relit.settings.options import TransferOptions
 from tests.photo.photo_files import GREY_18, P3, sample
 
-COLOUR, COLOUR_P3 = Photo(sample(np.uint8)), Photo(sample(np.uint8), profile=P3)
+COLOUR, COLOUR_P3 = Photo(sample(np.uint8, 16, 12)), Photo(sample(np.uint8, 16, 12), profile=P3)
 GREY, GREY_GAMMA = Photo(COLOUR.pixels[..., 1]), Photo(COLOUR.pixels[..., 1], profile=GREY_18)
 
 
@@ -33,10 +35,13 @@ def test_a_photo_in_its_own_profile_is_itself():
 @pytest.mark.parametrize("target", [COLOUR, COLOUR_P3, GREY, GREY_GAMMA])
 @pytest.mark.parametrize("reference", [COLOUR, COLOUR_P3, GREY, GREY_GAMMA])
 def test_only_a_grey_target_that_takes_colours_is_converted(target, reference):
-    here, there = in_one_profile(target, reference)
+    height, width = target.pixels.shape[:2]
+    points = np.array([[0.2, 0.3], [0.8, 0.3], [0.5, 0.6], [0.3, 0.9], [0.7, 0.9]]) * [width - 1, height - 1]
+    seen = look(target, points, [(reference, points)], None, TransferOptions(mask=False), None)
+    there = seen.references[0].photo
     if target.is_grey and not reference.is_grey:
-        assert here.profile is None
+        assert seen.photo.profile is None
     else:
-        assert here is target
-    np.testing.assert_array_equal(there.pixels, reference.to_profile_of(here).pixels)
-    assert there.profile in (here.profile, None)
+        assert seen.photo is target
+    np.testing.assert_array_equal(there.pixels, reference.to_profile_of(seen.photo).pixels)
+    assert there.profile in (seen.photo.profile, None)

@@ -173,13 +173,3 @@ class Photo:
         True
         """
         return self.to_profile(other.profile if self.is_grey == other.is_grey else None)
-
-
-def in_one_profile(target: Photo, reference: Photo) -> tuple[Photo, Photo]:
-    """Return both photos in one profile: the target's own, where it can be kept.
-
-    A grey target that takes the colours of a reference goes to sRGB, since its profile has no colours.
-    """
-    if target.is_grey and not reference.is_grey:
-        target = target.to_profile(None)
-    return target, reference.to_profile_of(target)

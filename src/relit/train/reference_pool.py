@@ -14,7 +14,7 @@ from relit.inputs import reduction
 from relit.photo.color import luma
 from relit.photo.foreign_images import opened
 from relit.photo.patterns import expand
-from relit.photo.photo import Photo, in_one_profile
+from relit.photo.photo import Photo
 from relit.photo.pixels import check_pixels, from_unit, to_unit
 from relit.photo.reading import read_image
 from relit.photo.resampling import reduced
@@ -129,7 +129,7 @@ class ReferencePool:
             if grey:
                 photo = _grey(photo)
             small = replace(photo, pixels=reduced(photo.pixels, factor), alpha=None)
-            small = in_one_profile(target, small)[1]
+            small = small.to_profile_of(target)
             self._kept.put(key, small)
         return small, landmarks.reduced(factor)
 
