@@ -18,7 +18,7 @@ def half_ball(radius=40, room=10):
     z = -np.sqrt(np.clip(1 - x**2 - y**2, 0, 1))
     normals = np.stack([x, y, z], axis=-1)
     normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-9)
-    return FaceShape(normals.astype(np.float32), (z * radius).astype(np.float32), inside)
+    return FaceShape(normals.astype(np.float32), (z * radius).astype(np.float32), inside, inside)
 
 
 @given(st.floats(-180, 180), st.floats(-90, 90))
@@ -52,7 +52,8 @@ def test_a_ridge_casts_its_shadow_away_from_the_lamp():
     depth = np.where(np.abs(x - 60) < 4, -20.0, 0.0)
     normals = np.zeros((80, 120, 3), np.float32)
     normals[..., 2] = -1
-    shape = FaceShape(normals, depth.astype(np.float32), np.ones((80, 120), bool))
+    everywhere = np.ones((80, 120), bool)
+    shape = FaceShape(normals, depth.astype(np.float32), everywhere, everywhere)
     image = render(shape, StudioLight(45, 0, 0.1), 40.0)  # from the right: the shadow is 20 px to the left
     dark, light = image[40, 45:52].max(), image[40, [20, 30, 75, 100]].min()
     assert dark < 0.7 * light

@@ -1,7 +1,7 @@
 """The shape of a face: where its surface looks, and how deep it lies, at every pixel.
 
-From landmarks with a depth, as the detector gives, it is the mesh that they span; from others, a half
-ellipsoid over the face's outline, which is round and has no nose.
+From the landmarks that the detector gives, it is a template head laid on them; from others with a depth, the
+mesh that they span; from the rest, a half ellipsoid over the face's outline, which is round and has no nose.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import ConvexHull, Delaunay
 
+from relit.face.head import SeenHead, has_head, seen_head
 from relit.face.landmarks import Landmarks
 from relit.face.outline import drawn, face_outline
 from relit.runtime.memo import remembered
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 # What each of these is worth: docs/leaderboard.md, The constants.
 _SMOOTH = 0.02  # standard deviation, in interocular distances, of the blur that hides the facets
+_SMOOTH_HEAD = 0.015  # the same, of the template's, which are smaller
 _HEIGHT = 0.4  # depth of the ellipsoid over the root of its hull's area: of twelve heads, 0.35 to 0.39
 
 
@@ -34,16 +36,20 @@ class FaceShape:
     Attributes
     ----------
     normals : (H, W, 3) float32 array
-        Unit normals ``(x, y, z)``, z growing away from the camera; beyond the landmarks, the nearest ones.
+        Unit normals ``(x, y, z)``, z growing away from the camera; beyond `head`, the nearest ones.
     depth : (H, W) float32 array
         In px, growing away from the camera.
     inside : (H, W) bool array
         The face, as its outline goes.
+    head : (H, W) bool array
+        Where the shape is known: the whole head with ears and neck, where a template lies on the landmarks;
+        or what they span.
     """
 
     normals: NDArray[np.float32]
     depth: NDArray[np.float32]
     inside: NDArray[np.bool_]
+    head: NDArray[np.bool_]
 
 
 @remembered
@@ -71,23 +77,32 @@ def face_shape(landmarks: Landmarks, shape: tuple[int, ...], *, of: Landmarks | 
     >>> face_shape(ramp, (10, 10)).normals[5, 5].astype(float).round(2).tolist()
     [0.71, 0.0, -0.71]
     """
-    xy, points = landmarks.xy, with_depth(of or landmarks)
+    of, smooth = of or landmarks, _SMOOTH_HEAD
+    seen = seen_head(landmarks, shape, of) if has_head(landmarks) and has_head(of) else None
+    if seen is None:
+        seen, smooth = _spanned(landmarks, shape, of), _SMOOTH
+    sigma = smooth * landmarks.interocular_distance
+    planes = [gaussian_filter(plane, sigma, mode="nearest") for plane in np.moveaxis(seen.surface, -1, 0)]
+    normals = np.stack(planes[:3], axis=-1)
+    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+    return FaceShape(
+        np.asarray(normals, np.float32),
+        np.asarray(planes[3], np.float32),
+        drawn([face_outline(landmarks)], shape),
+        seen.head,
+    )
+
+
+def _spanned(landmarks: Landmarks, shape: tuple[int, ...], of: Landmarks) -> SeenHead:
+    """Return the mesh that landmarks span."""
+    xy, points = landmarks.xy, with_depth(of)
     values = np.column_stack([_normals_at(points), points[:, 2]])
     y, x = np.indices(shape[:2])
     with one_blas_thread():
         surface = LinearNDInterpolator(xy, values)(x, y)
     outside = np.isnan(surface[..., 0])
     surface[outside] = NearestNDInterpolator(xy, values)(x[outside], y[outside])
-    sigma = _SMOOTH * landmarks.interocular_distance
-    smooth = np.stack(
-        [gaussian_filter(plane, sigma, mode="nearest") for plane in np.moveaxis(surface, -1, 0)]
-    )
-    normals = smooth[:3] / np.linalg.norm(smooth[:3], axis=0)
-    return FaceShape(
-        np.asarray(np.moveaxis(normals, 0, -1), np.float32),
-        np.asarray(smooth[3], np.float32),
-        drawn([face_outline(landmarks)], shape),
-    )
+    return SeenHead(surface, ~outside)
 
 
 def with_depth(landmarks: Landmarks) -> NDArray[np.float64]:
