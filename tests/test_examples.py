@@ -3,6 +3,7 @@
 import functools
 import re
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -96,6 +97,16 @@ def test_every_light_and_every_portrait_is_among_the_pairs(portraits, lit_photos
     for pair in lit.PAIRS:
         for name in pair[:2]:
             assert lit.photo_of(name, lit_photos, portraits).is_file()
+
+
+def test_the_page_of_verdicts_has_the_pairs_in_order():
+    text = Path(__file__).parents[1].joinpath("docs", "portraits.md").read_text("utf-8")
+    rows = re.findall(r"^\| (\d+) \| (\w+) \| (\w+) \| (yes|no)\b.* \| .+ \|$", text, re.MULTILINE)
+    assert [row[:3] for row in rows] == [
+        (str(number), pair.target, pair.reference) for number, pair in enumerate(lit.PAIRS, 1)
+    ]
+    accepted = sum(row[3] == "yes" for row in rows)
+    assert f"Before: {accepted} of {len(rows)} are acceptable" in text
 
 
 def test_a_sheet_of_pairs_has_results_strips_and_pages(tmp_path, monkeypatch, capsys):
