@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
+from examples import lit
 from examples.faces import Faces
 from examples.gallery import FIGURES, figure
 from relit import RelitError, write_image
@@ -12,7 +14,9 @@ from relit import RelitError, write_image
 
 def main() -> None:
     """Read the arguments, draw, write."""
-    parser = argparse.ArgumentParser(prog="python -m examples", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m examples", description=f"{__doc__} `lit --help` tells of the sheet of pairs."
+    )
     parser.add_argument("figures", nargs="*", metavar="FIGURE", help=f"default: all of {', '.join(FIGURES)}")
     parser.add_argument(
         "--yaleb", type=Path, required=True, help="Yale B faces, in the layout of CroppedYale"
@@ -38,4 +42,7 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:2] == ["lit"]:
+        lit.main(sys.argv[2:])
+    else:
+        main()

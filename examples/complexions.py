@@ -9,7 +9,8 @@ import numpy as np
 from skimage.color import deltaE_ciede2000, rgb2lab
 
 from examples.faces import inside, relit_face
-from relit.figures import page, strip
+from examples.sheets import columns
+from relit.figures import strip
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -57,13 +58,7 @@ def draw(faces: Faces) -> tuple[NDArray[np.uint8], str]:
         f"{max(changes):.1f}) over the 20 pairs after the best gain; by the paper's method by "
         f"{np.median(ltv_changes):.1f} (largest {max(ltv_changes):.1f})."
     )
-    half = len(strips) // 2
-    columns = [page(part) for part in (strips[:half], strips[half:])]
-    height = max(column.shape[0] for column in columns)
-    padded = [
-        np.pad(column, ((0, height - len(column)), (0, 0), (0, 0)), constant_values=255) for column in columns
-    ]
-    return np.concatenate(padded, axis=1), ours
+    return columns(strips, 2), ours
 
 
 def flat_lit(result: TransferResult) -> NDArray[np.bool_]:

@@ -91,6 +91,12 @@ def portraits():
 
 
 @pytest.fixture(scope="session")
+def lit_photos():
+    """The photos with a light."""
+    return _folder("lit")
+
+
+@pytest.fixture(scope="session")
 def yale_landmarks(yaleb):
     """Subject → (478, 3) mesh on the frontal image."""
     faces = json.loads((yaleb / "landmarks_frontal.json").read_text())

@@ -2,14 +2,17 @@
 
 import functools
 import re
+from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from examples import average, by_lambda, fig04_scales
+from examples import average, by_lambda, fig04_scales, lit
 from examples.faces import Face, Faces, in_light, turned
 from examples.gallery import FIGURES, figure
-from relit import Landmarks
+from relit import Landmarks, read_image, transfer
+from relit.photo.samples import sample
 
 drawn = functools.cache(figure)
 
@@ -84,3 +87,54 @@ def test_more_light_is_carried_by_larger_lambdas(faces):
     _, seen = by_lambda.by_lambda(faces, ("yaleB07", 0, 0), ("yaleB08", 50, 0), (0.01, 0.2))
     least, most = map(float, re.findall(r"([\d.]+) % off", seen))
     assert most < least / 2
+
+
+def test_every_light_and_every_portrait_is_among_the_pairs(portraits, lit_photos):
+    # The list is fixed, so that results from before and after a change can be compared.
+    uses = Counter(pair.reference for pair in lit.PAIRS)
+    assert all(uses[photo.stem] >= 3 for photo in lit_photos.glob("*.jpg"))
+    assert {photo.name[:3] for photo in portraits.glob("*_03.jpg")} <= {pair.target for pair in lit.PAIRS}
+    for pair in lit.PAIRS:
+        for name in pair[:2]:
+            assert lit.photo_of(name, lit_photos, portraits).is_file()
+
+
+def test_the_page_of_verdicts_has_the_pairs_in_order():
+    text = Path(__file__).parents[1].joinpath("docs", "portraits.md").read_text("utf-8")
+    rows = re.findall(r"^\| (\d+) \| (\w+) \| (\w+) \| (yes|no)\b.* \| .+ \|$", text, re.MULTILINE)
+    assert [row[:3] for row in rows] == [
+        (str(number), pair.target, pair.reference) for number, pair in enumerate(lit.PAIRS, 1)
+    ]
+    accepted = sum(row[3] == "yes" for row in rows)
+    assert f"Before: {accepted} of {len(rows)} are acceptable" in text
+
+
+def test_a_sheet_of_pairs_has_results_strips_and_pages(tmp_path, monkeypatch, capsys):
+    pairs = (lit.Pair("astronaut", "president", "samples"), lit.Pair("005", "i9", "not there"))
+    monkeypatch.setattr(lit, "PAIRS", pairs)
+    folders = ["--lit", str(tmp_path), "--portraits", str(tmp_path)]
+    lit.main([*folders, "-o", str(tmp_path / "sheet")])
+    written = {str(path.relative_to(tmp_path / "sheet").as_posix()) for path in tmp_path.rglob("*.png")}
+    name = "01 astronautxpresident.png"
+    assert written == {f"results/{name}", f"strips/{name}", "page 01.png", "overview.png"}
+    result, strip, page = (
+        read_image(tmp_path / "sheet" / part).pixels
+        for part in (f"results/{name}", f"strips/{name}", "page 01.png")
+    )
+    target, reference = (read_image(sample(one)).pixels for one in ("target", "reference"))
+    np.testing.assert_array_equal(result, transfer(target, reference).image)
+    np.testing.assert_array_equal(strip, page)
+    assert "02 005xi9: left out: " in capsys.readouterr().out
+
+
+def test_some_pairs_come_without_pages(tmp_path, monkeypatch):
+    monkeypatch.setattr(lit, "PAIRS", (lit.Pair("astronaut", "president", "samples"),) * 2)
+    lit.main(["--lit", "nowhere", "--portraits", "nowhere", "--only", "2", "-o", str(tmp_path)])
+    assert {path.name for path in tmp_path.rglob("*.png")} == {"02 astronautxpresident.png"}
+
+
+@pytest.mark.parametrize("only", ["0", "41", "1,x"])
+def test_pairs_that_are_not_there_are_refused(only, capsys):
+    with pytest.raises(SystemExit):
+        lit.main(["--lit", "nowhere", "--portraits", "nowhere", "--only", only])
+    assert "--only" in capsys.readouterr().err
