@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 from relit import TransferOptions
 from relit.evaluate.cases import protocol_cases
-from relit.evaluate.evaluation import evaluate, images_of, summaries
+from relit.evaluate.evaluation import evaluate, images_of
 from relit.evaluate.figure import truth_figure
+from relit.evaluate.summaries import summaries
 from relit.runtime.threads import available
 
 if TYPE_CHECKING:

@@ -85,6 +85,12 @@ def yaleb():
 
 
 @pytest.fixture(scope="session")
+def heads():
+    """The rendered heads."""
+    return _folder("heads")
+
+
+@pytest.fixture(scope="session")
 def portraits():
     """The colour portraits."""
     return _folder("portraits")

@@ -47,7 +47,8 @@ OPTIONS = {
     "align": {"kernel", "affine", "smoothing"},
     "decompose": {"lam", "neighborhood"},
     "normalize": {"lam", "neighborhood"},
-    "evaluate": {"method", "exposure", "neighborhood", "split_first", "kernel", "affine", "smoothing"},
+    "evaluate": {"method", "exposure", "tint", "neighborhood", "split_first", "mask"}
+    | {"kernel", "affine", "smoothing"},
 }
 
 

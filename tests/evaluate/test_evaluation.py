@@ -13,10 +13,12 @@ from relit.cli.app import relit as command
 from relit.errors import ImageError, LandmarkError, OptionError, OutputError, RelitError
 from relit.evaluate import evaluation
 from relit.evaluate.cases import Case, protocol_cases, swapped, triple_cases
-from relit.evaluate.evaluation import Outcome, evaluate, images_of, summaries
+from relit.evaluate.evaluation import Outcome, evaluate, images_of
 from relit.evaluate.figure import difference_histogram, truth_figure
 from relit.evaluate.scores import Scores
+from relit.evaluate.summaries import summaries
 from relit.evaluate.yale_b import FRONTAL, Light, YaleB
+from relit.face.detect import detect_landmarks
 from relit.photo.reading import read_image
 from relit.photo.samples import sample
 from relit.photo.writing import write_image
@@ -109,6 +111,20 @@ def test_images_take_the_channels_of_the_truth(tmp_path, target, truth):
     images, _ = images_of(case, {"moments": TransferOptions(method="moments")}, None)
     assert {image.shape for image in images.relit.values()} == {images.truth.shape}
     assert images.truth.ndim == (3 if truth == "target" else 2)
+
+
+def test_the_reference_is_laid_over_a_large_photo_at_its_size(tmp_path):
+    """The method looks at the face at half that size."""
+    photo = read_image(sample("reference")).pixels
+    x, y = detect_landmarks(photo).xy.mean(axis=0).astype(int)
+    face = photo[y - 180 : y + 180, x - 180 : x + 180]  # eyes 103 px apart
+    large = np.repeat(np.repeat(face, 2, axis=0), 2, axis=1)
+    write_image(tmp_path / "large.png", large)
+    (tmp_path / "table.csv").write_text(f"target,reference,truth\nlarge.png,{sample('target')},large.png\n")
+    (case,) = triple_cases(tmp_path / "table.csv")
+    images, _ = images_of(case, {"shading": TransferOptions()}, None)
+    assert images.relit["refcopy"].shape == images.truth.shape == large.shape
+    assert np.abs(images.relit["refcopy"] - images.truth).mean() > 5
 
 
 def die(*_, **__):

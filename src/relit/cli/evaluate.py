@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from relit.cli.options import (
     ALIGNMENT,
@@ -27,10 +28,11 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from relit.evaluate.cases import Case
-    from relit.evaluate.evaluation import Outcome, Summary
+    from relit.evaluate.evaluation import Outcome
+    from relit.evaluate.summaries import Summary
     from relit.settings.options import TransferOptions
 
-_EVALUATED = ("method", "exposure", "neighborhood", "split_first", *ALIGNMENT)
+_EVALUATED = ("method", "exposure", "tint", "neighborhood", "split_first", "mask", *ALIGNMENT)
 
 
 @click.command()
@@ -38,7 +40,9 @@ _EVALUATED = ("method", "exposure", "neighborhood", "split_first", *ALIGNMENT)
 @click.option(
     "--protocol", metavar="FILE", type=click.Path(path_type=Path), help="[default: FOLDER/protocol.csv]"
 )
-@click.option("--set", "chosen", default="quick", show_default=True, help="Which set of the protocol.")
+@click.option(
+    "--set", "chosen", metavar="NAME", help="Which set of the protocol. [default: quick; of heads similar]"
+)
 @click.option(
     "--lambda",
     "lams",
@@ -65,7 +69,7 @@ _EVALUATED = ("method", "exposure", "neighborhood", "split_first", *ALIGNMENT)
 def evaluate(
     source: Path,
     protocol: Path | None,
-    chosen: str,
+    chosen: str | None,
     lams: Sequence[float | str],
     jobs: int | None,
     limit: int | None,
@@ -78,22 +82,37 @@ def evaluate(
 ) -> None:
     """Measure how near relit comes to the true result.
 
-    FOLDER holds Yale B faces in the layout of CroppedYale, and a protocol of what to relight with what. TABLE
-    is a CSV file with the columns target, reference and truth, paths of photos, and optionally group and
-    second_reference.
+    FOLDER holds Yale B faces in the layout of CroppedYale, or rendered heads, and a protocol of what to
+    relight with what. TABLE is a CSV file with the columns target, reference and truth, paths of photos, and
+    optionally group and second_reference. Of heads the face is relit, or with --no-mask the whole image; of
+    all else the whole image.
 
     \b
     raw   mean absolute error, % of 255
     gain  the same after the best exposure
     ssim  structural similarity after it: is it still this person?
     identity  how much more its features are like the truth's than the reference's
+
+    Of heads, over the face but where it is said, each after the best exposure but the first:
+
+    \b
+    raw, lum  mean absolute error of luma, % of 255
+    ssim  structural similarity of it
+    de    mean CIEDE2000
+    ab    mean distance in a* and b*
+    cast  length of the mean difference in a* and b*
+    blotch  how far that difference spreads over the face
+    around_lum, around_de  the same on ears, neck and hair
+    background, background_max  mean and greatest CIEDE2000 of the background to the target's
+    halo  the mean beside the head
     """  # noqa: D301 (click reads the backspace as «do not wrap»)
     from rich.console import Console
     from rich.progress import track
 
-    from relit.evaluate.cases import protocol_cases, triple_cases
+    from relit.cli.score_tables import table_of_figures, table_of_groups
     from relit.evaluate.evaluation import evaluate as run
-    from relit.evaluate.evaluation import summaries
+    from relit.evaluate.heads import is_of_heads
+    from relit.evaluate.summaries import summaries
     from relit.photo.atomic_files import check_free, save_atomically
     from relit.photo.writing import check_destination
     from relit.runtime.threads import available
@@ -101,7 +120,11 @@ def evaluate(
     options = [settings_of({**given, "lam": lam}) for lam in lams]
     methods = {one.method if len(lams) == 1 else f"{one.method} {one.lam}": one for one in options}
     folder = source if source.is_dir() else None
-    cases = protocol_cases(protocol or source / "protocol.csv", chosen) if folder else triple_cases(source)
+    heads = folder is not None and is_of_heads(folder)
+    asked = click.get_current_context().get_parameter_source("mask") == ParameterSource.COMMANDLINE
+    if asked and given["mask"] and not heads:
+        raise OptionError("--mask: expected a folder of heads, all else is relit as a whole; leave it out")
+    cases = _cases(source, protocol, chosen, heads)
     if not 0 <= number < len(cases):
         raise OptionError(f"--case: expected a number from 0 to {len(cases) - 1}, got {number}")
     for suffix in (".json", ".csv") if output else ():
@@ -121,7 +144,7 @@ def evaluate(
         disable=not sys.stderr.isatty(),
     )
     outcomes = [outcome for of_case in done for outcome in of_case]
-    sums = summaries(outcomes)
+    sums = summaries(outcomes, overall=not heads)
     for suffix, data in _tables(methods, outcomes, sums).items() if output else ():
         save_atomically(Path(f"{output}{suffix}"), data, overwrite=force)
     if figure:
@@ -129,14 +152,24 @@ def evaluate(
     if as_json:
         report(True, output=output, figure=figure, summaries=[asdict(line) for line in sums])
     else:
-        click.echo(_table(sums))
+        click.echo(table_of_figures(sums) if heads else table_of_groups(sums))
+
+
+def _cases(source: Path, protocol: Path | None, chosen: str | None, heads: bool) -> list[Case]:
+    """Return what is to be evaluated, of a folder of heads or of Yale B, or of a table."""
+    from relit.evaluate.cases import head_cases, protocol_cases, triple_cases
+
+    if not source.is_dir():
+        return triple_cases(source)
+    table = protocol or source / "protocol.csv"
+    return head_cases(table, chosen or "similar") if heads else protocol_cases(table, chosen or "quick")
 
 
 def _tables(
     methods: dict[str, TransferOptions], outcomes: list[Outcome], sums: list[Summary]
 ) -> dict[str, bytes]:
     """Return by suffix what is written: every transfer as CSV; and with what they sum up to, as JSON."""
-    from relit.evaluate.evaluation import as_record
+    from relit.evaluate.summaries import as_record
 
     records = [as_record(outcome) for outcome in outcomes]
     table = io.StringIO()
@@ -160,19 +193,3 @@ def _draw(
     name = next(iter(methods))
     pictures = [(title, images_of(one, methods, folder)[0], name) for title, one in rows.items()]
     write_image(figure, truth_figure(pictures), overwrite=force)
-
-
-def _table(sums: Sequence[Summary]) -> str:
-    """Return the summaries as text: a line for each group and method, a column for each figure."""
-    wide = max(len(line.method) for line in sums)
-    lines = [f"{'':10} {'':{wide}} {'raw %':>20} {'gain %':>20} {'SSIM':>20} {'identity':>20}"]
-    for group in dict.fromkeys(line.group for line in sums):
-        rows = [line for line in sums if line.group == group]
-        for method in dict.fromkeys(line.method for line in rows):
-            cells = [
-                f"{line.mean:.{digits}f} [{line.low:.{digits}f}, {line.high:.{digits}f}]"
-                for line, digits in zip((r for r in rows if r.method == method), (2, 2, 3, 2), strict=True)
-            ]
-            lines.append(f"{group:10} {method:{wide}} " + " ".join(f"{cell:>20}" for cell in cells))
-        lines.append(f"{'':10} {rows[0].cases} transfers of {rows[0].pairs} pairs")
-    return "\n".join(lines)

@@ -1,15 +1,14 @@
-"""Running relit over pairs of photos whose true result is known, and summing up how near it comes."""
+"""Running relit over pairs of photos whose true result is known, and scoring how near it comes."""
 
 from __future__ import annotations
 
 import signal
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from itertools import product
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -20,20 +19,22 @@ from threadpoolctl import threadpool_limits
 
 from relit.errors import RelitError
 from relit.evaluate.cases import Case
+from relit.evaluate.face_scores import FaceScores, face_scores
+from relit.evaluate.heads import Heads, is_of_heads
 from relit.evaluate.scores import Scores, score
-from relit.evaluate.yale_b import Light, YaleB, pixels_of
+from relit.evaluate.yale_b import YaleB, pixels_of
 from relit.face.detect import detect_landmarks
 from relit.face.landmarks import Landmarks
 from relit.photo.color import luma
 from relit.photo.pixels import to_unit
 from relit.relighting import transfer
+from relit.results import TransferResult
 from relit.settings.methods import WITH_SECOND_REFERENCE
 from relit.settings.options import TransferOptions
+from relit.warp.alignment import lay_over
 
 #: What costs nothing and must be beaten: the target as it is, and the reference laid over it.
 BASELINES = ("noop", "refcopy")
-
-_DRAWS = 2000  # of the bootstrap
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class Outcome:
 
     case: Case
     method: str
-    scores: Scores
+    scores: Scores | FaceScores
     seconds: float
 
 
@@ -72,8 +73,10 @@ class _Files:
 
 
 @lru_cache(maxsize=1)
-def _photos_of(folder: Path | None) -> _Files | YaleB:
-    return _Files() if folder is None else YaleB(folder)
+def _photos_of(folder: Path | None) -> _Files | YaleB | Heads:
+    if folder is None:
+        return _Files()
+    return Heads(folder) if is_of_heads(folder) else YaleB(folder)
 
 
 def images_of(
@@ -81,7 +84,9 @@ def images_of(
 ) -> tuple[Images, dict[str, float]]:
     """Relight a case by every method; return its images, and the seconds that each took.
 
-    The whole image is relit. All images come with the channels of the truth: grey or colour.
+    Of rendered heads the options say whether the whole image is relit, and the reference is laid over the
+    face alone; of all else it is, and over all. All images come with the channels of the truth: grey or
+    colour.
 
     Raises
     ------
@@ -107,12 +112,32 @@ def images_of(
             reference,
             target_landmarks=photos.landmarks(*case.target),
             reference_landmarks=photos.landmarks(*case.reference),
-            options=options.changed(mask=False),
+            options=options if isinstance(photos, Heads) else options.changed(mask=False),
             **second,
         )
         seconds[name] = time.perf_counter() - start
-        relit |= {"refcopy": beside_truth(result.first.warped), name: beside_truth(result.image)}
+        laid = _laid_over(target, result)
+        if isinstance(photos, Heads):
+            laid = np.where(photos.mask(case.target[0], "face")[..., None], laid, target)
+        relit |= {"refcopy": beside_truth(laid), name: beside_truth(result.image)}
     return Images(relit["noop"], _levels(reference, truth.ndim), truth, relit), seconds
+
+
+def _laid_over(target: NDArray[Any], result: TransferResult) -> NDArray[Any]:
+    """Return the reference, laid over the whole target at its own size."""
+    laid, options = result.first.warped, result.options
+    if laid.shape[:2] == target.shape[:2]:
+        return laid
+    return lay_over(
+        result.references[0],
+        result.references_landmarks[0],
+        result.target_landmarks,
+        target.shape,
+        kernel=options.kernel,
+        affine=options.affine,
+        smoothing=options.smoothing,
+        dtype=target.dtype,
+    ).warped
 
 
 def _levels(image: NDArray[Any], ndim: int | None = None) -> NDArray[np.float64]:
@@ -126,9 +151,32 @@ def _levels(image: NDArray[Any], ndim: int | None = None) -> NDArray[np.float64]
 def _outcomes(case: Case, methods: Mapping[str, TransferOptions], folder: Path | None) -> list[Outcome]:
     images, seconds = images_of(case, methods, folder)
     return [
-        Outcome(case, name, score(image, images.truth, images.relit["refcopy"]), seconds[name])
+        Outcome(one, name, score_of(image), seconds[name])
+        for one, score_of in _truths(case, images, _photos_of(folder))
         for name, image in images.relit.items()
     ]
+
+
+_Judge = Callable[[NDArray[Any]], Scores | FaceScores]
+
+
+def _truths(case: Case, images: Images, photos: _Files | YaleB | Heads) -> Iterator[tuple[Case, _Judge]]:
+    """Yield the case with each of its truths, and what scores an image against that.
+
+    Where a coloured light falls on a head that was in white light, the head in the same light made white is
+    a truth as well, for those who take the light without its colour.
+    """
+    if not isinstance(photos, Heads):
+        yield case, lambda image: score(image, images.truth, images.relit["refcopy"])
+        return
+    (person, own), (_, light) = case.target, case.truth
+    areas = {area: photos.mask(person, area) for area in ("face", "background")}
+    yield case, partial(face_scores, truth=images.truth, target=images.target, **areas)
+    white = photos.white(person, light)
+    if white and not photos.white(person, own):
+        truth = _levels(photos.photo(person, white))
+        one = replace(case, truth=(person, white), group=f"{case.group} made white")
+        yield one, partial(face_scores, truth=truth, target=images.target, **areas)
 
 
 def evaluate(
@@ -143,11 +191,11 @@ def evaluate(
     Parameters
     ----------
     cases : sequence of Case
-        From `cases.protocol_cases` or `cases.triple_cases`.
+        From `cases.protocol_cases`, `cases.head_cases` or `cases.triple_cases`.
     methods : mapping of str to TransferOptions
         How to relight, by name.
     folder : Path, optional
-        The Yale B folder that the cases are of.
+        The folder that the cases are of, of Yale B or of heads.
     jobs : int
         Processes to work in.
 
@@ -178,72 +226,3 @@ def _prepare_process() -> None:
     """Keep the processes' linear algebra out of one another's way, and leave Ctrl-C to their parent."""
     threadpool_limits(1)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-@dataclass(frozen=True)
-class Summary:
-    """The mean of a score, with the bounds of its 95 % confidence interval over pairs.
-
-    Attributes
-    ----------
-    method, group, figure : str
-        Of what: the group is ``all`` or one of the cases' groups, the figure one of `Scores`.
-    mean, low, high : float
-    cases, pairs : int
-        How many it is over.
-    """
-
-    method: str
-    group: str
-    figure: str
-    mean: float
-    low: float
-    high: float
-    cases: int
-    pairs: int
-
-
-def summaries(outcomes: Iterable[Outcome]) -> list[Summary]:
-    """Sum up outcomes by method, and by all cases and each group of them.
-
-    Confidence intervals are those of a bootstrap that draws whole pairs, since what a pair of faces scores
-    under one light says much of what it scores under the next.
-    """
-    outcomes = list(outcomes)
-    groups = sorted({outcome.case.group for outcome in outcomes} - {"all"})
-    methods = sorted({outcome.method for outcome in outcomes}, key=lambda m: (m not in BASELINES, m))
-    result = []
-    for group, method in product(("all", *groups), methods):
-        chosen = [one for one in outcomes if one.method == method and group in ("all", one.case.group)]
-        names, pair = np.unique([one.case.pair for one in chosen], return_inverse=True)
-        for figure in Scores.__dataclass_fields__:
-            values = np.array([getattr(one.scores, figure) for one in chosen])
-            low, high = _interval(values, pair, len(names))
-            mean = float(values.mean())
-            result.append(Summary(method, group, figure, mean, low, high, len(chosen), len(names)))
-    return result
-
-
-def _interval(values: NDArray[np.float64], pair: NDArray[np.int64], pairs: int) -> tuple[float, float]:
-    sums, counts = np.bincount(pair, values, pairs), np.bincount(pair, minlength=pairs)
-    drawn = np.random.default_rng(0).integers(0, pairs, (_DRAWS, pairs))
-    means = sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1)
-    low, high = np.percentile(means, [2.5, 97.5]).tolist()
-    return low, high
-
-
-def as_record(outcome: Outcome) -> dict[str, Any]:
-    """Return an outcome as the row of a table."""
-
-    def name(part: Any) -> str:
-        return f"{part.azimuth:+04d}{part.elevation:+03d}" if isinstance(part, Light) else str(part)
-
-    case = outcome.case
-    photos = {"target": case.target, "reference": case.reference, "truth": case.truth}
-    return {
-        **{role: " ".join(map(name, where)) for role, where in photos.items()},
-        "group": case.group,
-        "method": outcome.method,
-        **asdict(outcome.scores),
-        "seconds": outcome.seconds,
-    }

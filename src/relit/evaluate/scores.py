@@ -124,12 +124,20 @@ def structural_similarity(a: NDArray[np.float64], b: NDArray[np.float64], peak: 
     >>> structural_similarity(image, image, 255)
     1.0
     """
-    size = (_WINDOW, _WINDOW) + (1,) * (a.ndim - 2)
     inside = slice(_WINDOW // 2, -(_WINDOW // 2))  # of windows, only those that lie in the image count
+    return float(similarity_map(a, b, peak)[inside, inside].mean())
+
+
+def similarity_map(a: NDArray[np.float64], b: NDArray[np.float64], peak: float) -> NDArray[np.float64]:
+    """Return the structural similarity of two images in the window round each pixel.
+
+    Beyond the edge, images are mirrored.
+    """
+    size = (_WINDOW, _WINDOW) + (1,) * (a.ndim - 2)
     unbiased = _WINDOW**2 / (_WINDOW**2 - 1)
 
     def local(image: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.asarray(uniform_filter(image, size))[inside, inside]
+        return np.asarray(uniform_filter(image, size))
 
     mean_a, mean_b = local(a), local(b)
     var_a = unbiased * (local(a * a) - mean_a**2)
@@ -138,4 +146,4 @@ def structural_similarity(a: NDArray[np.float64], b: NDArray[np.float64], peak: 
     c1, c2 = (_K1 * peak) ** 2, (_K2 * peak) ** 2
     brightness = (2 * mean_a * mean_b + c1) / (mean_a**2 + mean_b**2 + c1)
     structure = (2 * covariance + c2) / (var_a + var_b + c2)
-    return float((brightness * structure).mean())
+    return np.asarray(brightness * structure)
