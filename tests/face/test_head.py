@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from relit.face.detect import detect_landmarks
 from relit.face.head import fitted, has_head, pose, seen_head
 from relit.face.landmarks import Landmarks
-from relit.face.shape import face_shape
+from relit.face.shape import head_shape
 from relit.face.template_head import template_head, vertex_normals
 from relit.photo.reading import read_image
 from relit.photo.samples import sample
@@ -37,7 +37,7 @@ def test_the_template_is_a_symmetric_closed_front():
     # From every side that a face is seen from, it has no holes.
     for turn in TURNS[:3]:
         face = face_of(head, turned(*turn))
-        shape = face_shape(face, (200, 200))
+        shape = head_shape(face, (200, 200))
         assert shape.head[shape.inside].mean() > 0.97
 
 
@@ -115,11 +115,11 @@ def test_other_landmarks_keep_their_mesh():
     flat = Landmarks(face.xy)
     assert not has_head(flat)
     assert not has_head(Landmarks(face.points[:100]))
-    assert face_shape(face, photo.shape).head.sum() > 1.3 * face_shape(flat, photo.shape).head.sum()
+    assert head_shape(face, photo.shape).head.sum() > 1.3 * head_shape(flat, photo.shape).head.sum()
 
 
 def test_a_face_beyond_the_frame_has_a_shape():
     head = template_head()
-    shape = face_shape(face_of(head, turned(), to=(5000, 5000, 0)), (40, 40))
+    shape = head_shape(face_of(head, turned(), to=(5000, 5000, 0)), (40, 40))
     assert np.isfinite(shape.normals).all()
     assert not shape.head.any()

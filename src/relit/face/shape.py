@@ -1,20 +1,21 @@
 """The shape of a face: where its surface looks, and how deep it lies, at every pixel.
 
-From the landmarks that the detector gives, it is a template head laid on them; from others with a depth, the
-mesh that they span; from the rest, a half ellipsoid over the face's outline, which is round and has no nose.
+Of a face, it is the mesh that its landmarks span; without a depth, they lie on a half ellipsoid over its
+outline, which is round and has no nose. Of a head, it is a template laid on the landmarks, if they are those
+that the detector gives.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import ConvexHull, Delaunay
 
-from relit.face.head import SeenHead, has_head, seen_head
+from relit.face.head import has_head, seen_head
 from relit.face.landmarks import Landmarks
 from relit.face.outline import drawn, face_outline
 from relit.runtime.memo import remembered
@@ -77,32 +78,55 @@ def face_shape(landmarks: Landmarks, shape: tuple[int, ...], *, of: Landmarks | 
     >>> face_shape(ramp, (10, 10)).normals[5, 5].astype(float).round(2).tolist()
     [0.71, 0.0, -0.71]
     """
-    of, smooth = of or landmarks, _SMOOTH_HEAD
-    seen = seen_head(landmarks, shape, of) if has_head(landmarks) and has_head(of) else None
-    if seen is None:
-        seen, smooth = _spanned(landmarks, shape, of), _SMOOTH
-    sigma = smooth * landmarks.interocular_distance
-    planes = [gaussian_filter(plane, sigma, mode="nearest") for plane in np.moveaxis(seen.surface, -1, 0)]
-    normals = np.stack(planes[:3], axis=-1)
-    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
-    return FaceShape(
-        np.asarray(normals, np.float32),
-        np.asarray(planes[3], np.float32),
-        drawn([face_outline(landmarks)], shape),
-        seen.head,
-    )
-
-
-def _spanned(landmarks: Landmarks, shape: tuple[int, ...], of: Landmarks) -> SeenHead:
-    """Return the mesh that landmarks span."""
-    xy, points = landmarks.xy, with_depth(of)
+    xy, points = landmarks.xy, with_depth(of or landmarks)
     values = np.column_stack([_normals_at(points), points[:, 2]])
     y, x = np.indices(shape[:2])
     with one_blas_thread():
         surface = LinearNDInterpolator(xy, values)(x, y)
     outside = np.isnan(surface[..., 0])
     surface[outside] = NearestNDInterpolator(xy, values)(x[outside], y[outside])
-    return SeenHead(surface, ~outside)
+    return _smoothed(surface, ~outside, landmarks, _SMOOTH)
+
+
+@remembered
+def head_shape(landmarks: Landmarks, shape: tuple[int, ...], *, of: Landmarks | None = None) -> FaceShape:
+    """Return the shape of a head: the template, laid on the landmarks; or `face_shape`, if it cannot be.
+
+    Parameters
+    ----------
+    landmarks : Landmarks
+        Where the face is.
+    shape : tuple of int
+        ``(H, W, ...)`` of the image.
+    of : Landmarks, optional
+        Whose shape, if it is another head laid over this one.
+
+    Returns
+    -------
+    FaceShape
+    """
+    if has_head(landmarks) and has_head(of or landmarks):
+        seen = seen_head(landmarks, shape, of or landmarks)
+        if seen is not None:
+            return _smoothed(seen.surface, seen.head, landmarks, _SMOOTH_HEAD)
+    return face_shape(landmarks, shape, of=of)
+
+
+def _smoothed(
+    surface: NDArray[Any], known: NDArray[np.bool_], landmarks: Landmarks, blur: float
+) -> FaceShape:
+    """Return a surface of normals and depth, blurred by so many interocular distances."""
+    sigma = blur * landmarks.interocular_distance
+    smooth = np.stack(
+        [gaussian_filter(plane, sigma, mode="nearest") for plane in np.moveaxis(surface, -1, 0)]
+    )
+    normals = smooth[:3] / np.linalg.norm(smooth[:3], axis=0)
+    return FaceShape(
+        np.asarray(np.moveaxis(normals, 0, -1), np.float32),
+        np.asarray(smooth[3], np.float32),
+        drawn([face_outline(landmarks)], known.shape),
+        known,
+    )
 
 
 def with_depth(landmarks: Landmarks) -> NDArray[np.float64]:
