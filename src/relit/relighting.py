@@ -18,13 +18,14 @@ from relit.compose.adjust import anchored, controlled
 from relit.compose.blend import blend
 from relit.compose.matte import share_of_change, sparing_whites
 from relit.compose.membrane import carried_on
-from relit.compose.trust import known
 from relit.errors import OptionError
 from relit.face.shape import face_shape
+from relit.face.trust import known, skin_shown
 from relit.inputs import as_photo, as_photos, check_region_mask, check_second, given_references, look
 from relit.light.rendering import render
 from relit.ltv.decomposition import lam_in_px
 from relit.methods import RELIGHT
+from relit.methods.light_change import LightChange
 from relit.methods.scene import Relit, Scene
 from relit.photo.foreign_images import opened
 from relit.results import Lighting, TransferResult
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from relit.inputs import AnyLandmarks, Reference, Seen
-    from relit.methods.shading import LightAndPerson
     from relit.photo.foreign_images import AnyImage
     from relit.settings.transfer_changes import TransferChanges
 
@@ -203,9 +203,10 @@ def _laid_over(seen: Seen, reference: Reference, options: TransferOptions) -> Al
     )
 
 
-def _relight(seen: Seen, light: _Light, options: TransferOptions) -> Relit | LightAndPerson:
+def _relight(seen: Seen, light: _Light, options: TransferOptions) -> Relit | LightChange:
     """Relight the view by the method that the options name."""
     reference, second, planes = light.reference, light.second_alignment, seen.space.of_reference
+    shading = options.record.anchors_itself
     return RELIGHT[options.method](
         Scene(
             target=seen.space.of_target(seen.view.pixels),
@@ -218,18 +219,28 @@ def _relight(seen: Seen, light: _Light, options: TransferOptions) -> Relit | Lig
             rendered=reference is None,
             own=planes(reference.photo.pixels) if reference and options.splits_alone else None,
             alignment=light.alignment,
+            skin=skin_shown(seen.view) if shading else None,
+            reference_skin=_trusted(seen, light, narrow=True) if shading and reference else None,
         )
     )
 
 
-def _lighting(seen: Seen, light: _Light, made: Relit | LightAndPerson, options: TransferOptions) -> Lighting:
+def _trusted(seen: Seen, light: _Light, *, narrow: bool = False) -> NDArray[np.float32]:
+    """Return where a light can be trusted to fall on skin, in the target and in the reference."""
+    inside = light.alignment.inside if light.alignment else np.ones(light.warped.shape[:2], bool)
+    return known(seen.view, light.warped, inside, rendered=light.reference is None, narrow=narrow)
+
+
+def _lighting(seen: Seen, light: _Light, made: Relit | LightChange, options: TransferOptions) -> Lighting:
     """Return the change of light that a method made, carried on over what is not known of it."""
     relit = anchored(made, options)
     change = np.log(np.maximum(np.atleast_3d(relit.planes), _LEAST) / seen.base)
     trust, filled = None, change
-    if options.mask:
-        inside = light.alignment.inside if light.alignment else np.ones(light.warped.shape[:2], bool)
-        trust = known(seen.view, light.warped, inside, rendered=light.reference is None)
+    if isinstance(made, LightChange):
+        trust = made.known
+    elif options.mask:
+        trust = _trusted(seen, light)
+    if trust is not None:
         filled = carried_on(change, trust, seen.view.regions.interocular_distance)
     return Lighting(
         warped=light.warped,
@@ -238,6 +249,8 @@ def _lighting(seen: Seen, light: _Light, made: Relit | LightAndPerson, options: 
         change=change,
         filled=filled,
         known=trust,
+        lamps=made.lamps if isinstance(made, LightChange) else None,
+        confidence=made.confidence if isinstance(made, LightChange) else 1.0,
         target_split=relit.target_split,
         reference_split=relit.reference_split,
         layers=relit.layers,

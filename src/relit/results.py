@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from relit.face.landmarks import Landmarks
     from relit.face.views import View, Window
+    from relit.light.dome import Lamps
     from relit.ltv.decomposition import Decomposition
     from relit.settings.options import TransferOptions
     from relit.warp.alignment import Alignment
@@ -37,7 +38,12 @@ class Lighting:
     filled : (h, w, k) float32 array
         The change, carried on from around where it is not known.
     known : (h, w) float32 array or None
-        Where it is; None with ``mask=False``, when all counts as known.
+        Where it is; None with ``mask=False`` of methods other than ``shading``, when all counts as known.
+    lamps : Lamps or None
+        The new light of ``shading``, as lamps on a dome.
+    confidence : float
+        How far it can be trusted that this is the reference's light, 0 to 1: the share of the face on which
+        it is seen, times that of its brightness that lamps explain. 1 of methods that do not say.
     target_split, reference_split : Decomposition or None
         In the channels that were relit; None of methods that do not split.
     layers : mapping of str to (h, w) or (h, w, 3) float32 array
@@ -51,6 +57,8 @@ class Lighting:
     change: NDArray[np.float32]
     filled: NDArray[np.float32]
     known: NDArray[np.float32] | None
+    lamps: Lamps | None
+    confidence: float
     target_split: Decomposition | None
     reference_split: Decomposition | None
     layers: Mapping[str, NDArray[np.float32]]

@@ -12,9 +12,10 @@ from relit.batch.reading import fetch
 from relit.compose.matte import eyes_and_teeth, matte
 from relit.face.detect import faces_in
 from relit.face.landmarks import Landmarks
-from relit.face.shape import face_shape
+from relit.face.shape import face_shape, head_shape
 from relit.ltv.decomposition import Decomposition, decompose
-from relit.methods.explained_face import explained_target
+from relit.light.dome import surface_of
+from relit.methods.lit_face import explain
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -53,4 +54,4 @@ FORMS: dict[Callable[..., Any], tuple[Callable[[Any], Arrays], Callable[[Arrays]
 
 #: The steps on a target alone that are worth memory only: rows that share it mostly follow each other, while
 #: hardly another row has the same pair.
-OF_TARGETS = {unwrap(step) for step in (explained_target, eyes_and_teeth, face_shape, matte)}
+OF_TARGETS = {unwrap(step) for step in (explain, eyes_and_teeth, face_shape, head_shape, matte, surface_of)}

@@ -7,18 +7,18 @@ of the others, the change is compared with the target.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from relit.methods.scene import Relit
-from relit.photo.color import LUMA_WEIGHTS
 from relit.photo.pixels import GAMMA
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from relit.methods.shading import LightAndPerson
+    from relit.methods.light_change import LightChange
     from relit.settings.options import TransferOptions
 
     Planes = NDArray[np.float32]
@@ -30,30 +30,13 @@ _BRIGHTEST = 0.95  # the share of a face that is darker than what says how brigh
 STOP = float(np.log(2) / GAMMA)
 
 
-def anchored(made: Relit | LightAndPerson, options: TransferOptions) -> Relit:
-    """Return relit planes as bright, and of the hue, that the options want, as far as a method tells these.
-
-    How strong the light is, and of what colour, cannot be told from how dark a skin is, and of what colour:
-    both stay those of the target, or become the reference's, or something between.
-    """
+def anchored(made: Relit | LightChange, options: TransferOptions) -> Relit:
+    """Return relit planes as bright, and of the hue, that the options want, as far as a method tells these."""
     if isinstance(made, Relit):
         return made
-    faces, exposure = made.faces, options.exposure_share
-    weights = LUMA_WEIGHTS if len(made.lights) == 3 else np.ones(len(made.lights))
-    ours, theirs = (
-        np.average([face.strength for face in some], weights=weights)
-        for some in (faces.targets, faces.references)
-    )
-    stronger = np.log(ours / theirs)
-    # A grey target has no hue to keep. Made brighter, the same pigment is less vivid.
-    tint = min(1.0, float(np.exp(-(1 - exposure) * stronger))) if faces.colored else options.tint_share or 0.0
-    inside = faces.face.inside
-    change = [
-        (target.shade - light)[inside].mean()
-        for target, light in zip(faces.targets, made.lights, strict=True)
-    ]
-    hue = change - np.average(change, weights=weights)
-    return made.anchored((1 - exposure) * stronger + (1 - tint) * hue)
+    if options.tint == "neutral":
+        made = replace(made, hue=None)
+    return made.anchored(options.exposure_share, options.tint_share)
 
 
 def controlled(
@@ -90,7 +73,8 @@ def controlled(
     >>> float(controlled(change, base, np.ones((2, 2), bool), np.ones(1, np.float32), options)[0, 0, 0])
     0.25
     """
-    if base.shape[2] == 3 and options.color_space == "rgb":  # a grey target has no hue to keep
+    kept = options.record.anchors_itself or options.color_space != "rgb"
+    if base.shape[2] == 3 and not kept:  # a grey target has no hue to keep
         change = _tinted(change, face, weights, options)
     bright = (weights > 0).astype(np.float32)
     change = change + np.float32(_exposure(change, base, face, weights, options)) * bright
@@ -115,14 +99,10 @@ def _tinted(
         return np.repeat(brightness, 3, axis=2)
     share = options.tint_share
     if share is None:
-        if not options.record.anchors_itself:
-            return change
-        share = 0.0
+        return change
     color, off = change - brightness, brightness - brightness[face].mean()
     steepness = (color[face] * off[face]).mean(axis=0) / max(float((off[face] ** 2).mean()), 1e-9)
-    unwanted = steepness * off
-    if not options.record.anchors_itself:
-        unwanted = unwanted + color[face].mean(axis=0)
+    unwanted = steepness * off + color[face].mean(axis=0)
     return np.asarray(change - np.float32(1 - share) * unwanted, np.float32)
 
 

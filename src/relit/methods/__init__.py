@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 from relit.methods import paper, shading
 from relit.methods.baselines import log_gaussian, quotient, spherical_harmonics, statistics, wls
+from relit.methods.light_change import LightChange
 from relit.methods.scene import Relit, Scene
-from relit.methods.shading import LightAndPerson
 
 #: Name in `TransferOptions` → what takes a `Scene` and relights it; `settings.methods` has a record of each.
-RELIGHT: dict[str, Callable[[Scene], Relit | LightAndPerson]] = {
+RELIGHT: dict[str, Callable[[Scene], Relit | LightChange]] = {
     "shading": shading.relight,
     "ltv": paper.relight,
     "log-gaussian": log_gaussian.relight,

@@ -50,6 +50,8 @@ class Scene:
         Planes of the reference in its own photo, where they are to be split there.
     alignment : Alignment or None
         How the reference was laid over the target; None if it was rendered.
+    skin, reference_skin : (H, W) array or None
+        Where the target shows skin, and where the reference does as well; None if it was rendered.
     """
 
     target: NDArray[Any]
@@ -62,6 +64,8 @@ class Scene:
     rendered: bool = False
     own: NDArray[Any] | None = None
     alignment: Alignment | None = None
+    skin: NDArray[np.float32] | None = None
+    reference_skin: NDArray[np.float32] | None = None
 
     @property
     def lam_px(self) -> float:

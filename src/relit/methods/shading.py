@@ -1,95 +1,184 @@
-"""relit's own method: a simple light explains most of a face, the reference's residual the rest of its light.
+"""relit's own method: a light is lamps on a dome, and a new one changes a head by the ratio of what both make.
 
-With f = log I, a face is ``f = s + p``: s the shading of the light that is fitted to it, p the person. The
-relit face is ``exp(s' + p + k r)``:
+With Y the linear brightness of a photo, a face is ``log Y = log s + e``: s the shading that its lamps make on
+its shape, e what they leave unexplained. The target's brightness changes by
 
-1. s' is the shading that the reference's light makes on the target's shape.
-2. p is the target's, where its own light reaches. Elsewhere the mirrored half of the face and the reference
-   stand in; all are weighted by their variances, so that one fades into the other.
-3. r is what the reference's light leaves unexplained there, blurred: cast shadows, highlights, a nose that is
-   not in the mesh. The more the light slants, the more of it is light, not person.
-4. How strong the light is, and of what colour, cannot be told from how dark a skin is, and of what colour.
-   `compose.adjust` decides on both, and adds what it comes to, a number for each plane, to s'.
+    D = κ (log s' - log s) + κ₂ (a r - b t),
+
+1. s' is the shading that the reference's lamps make on the target's head, cast shadows included, and s that
+   of the target's own lamps.
+2. r is e of the reference, blurred: soft shadows, highlights, a nose that is not in the template. It counts
+   where both photos show skin. t is the target's own e, which the old light takes along. Either is in part
+   the person, and more so in what both halves of a face share: of that, less is taken.
+3. κ = 1 - τ²/var D tells a change of light from errors of the shape, as James and Stein do [1]_: between two
+   lights that are alike, nothing is to be done.
+4. Hue comes from the lamps alone: that of s' less that of s, shrunk alike. A residual has none: what is
+   coloured in it is make-up, a beard, another skin.
+5. How strong a light is, and its overall colour, cannot be told from how dark a skin is, and of what colour:
+   `LightChange.anchored` is told.
+
+References
+----------
+.. [1] W. James and C. Stein, "Estimation with quadratic loss", Proc. 4th Berkeley Symp., 1961.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import distance_transform_edt, gaussian_filter
 
-from relit.methods.explained_face import shade_on
-from relit.methods.light_and_person import Faces, explained_faces
-from relit.methods.scene import Relit, Scene, stacked
+from relit.face.mirror import halves, twins
+from relit.face.shape import head_shape
+from relit.light.lamps import softened, studio_lamps, turned
+from relit.methods.light_change import LightChange
+from relit.methods.lit_face import LitFace, explain, linear
+from relit.photo.color import LUMA_WEIGHTS
+from relit.settings.studio_lights import studio_light
 
 if TYPE_CHECKING:
-    from relit.methods.explained_face import Plane
+    from numpy.typing import NDArray
+
+    from relit.face.regions import FaceRegions
+    from relit.face.shape import FaceShape
+    from relit.methods.lit_face import Plane
+    from relit.methods.scene import Scene
 
 # What each of these is worth: docs/leaderboard.md, The constants.
-_RESIDUAL, _SHADOW, _SHADOW_FROM = 0.6, 0.6, -0.8  # share of r that is light, more of it below, in log I
-_OTHERS, _ACROSS = 0.9, 0.1  # how little of r counts in features, and how far it is from beyond them
+_THEIRS_SHARED, _THEIRS_DIFFERING = 0.4, 0.4  # a, of what the halves of a face share, and of what not
+_OURS_SHARED, _OURS_DIFFERING = 0.4, 0.8  # b, alike
+_NOISE, _RESIDUAL_NOISE, _HUE_NOISE = 0.08, 0.3, 0.1  # τ of D, of a residual, of a hue; in log
+_COARSE = 0.1  # interocular distances that a change is blurred over beyond the face
+_NEARLY_ALL = 0.98  # the share of a face that changes less than the most that ears and neck may
+_LIDS = 0.08  # interocular distances that lids reach beyond the eyes
+_RIM = 0.03  # interocular distances that trust in the shape turns soft over at the rim of a head
+_AROUND = 0.1  # interocular distances from where a residual is carried on over what is not skin
+_BRIGHTEST = 0.95  # the share of a face that is darker than what says how bright it is
 
 
-@dataclass(frozen=True, eq=False)
-class LightAndPerson:
-    """A relit face in log I, before it is said how bright it is to be, and of what hue.
+def relight(scene: Scene) -> LightChange:
+    """Return the change of light."""
+    face, iod, options = scene.face, scene.face.interocular_distance, scene.options
+    shape = head_shape(face.landmarks, face.shape)
+    target = explain(scene.target, shape, scene.skin, iod)
+    if scene.rendered:
+        reference, lamps, most = None, studio_lamps(studio_light(options.light)), np.inf
+    else:
+        theirs = head_shape(face.landmarks, face.shape, of=scene.reference_landmarks)
+        reference = explain(scene.reference, theirs, scene.reference_skin, iod)
+        lamps, most = reference.lamps, reference.most()
+    lamps = softened(turned(lamps, options.turn), options.softness)
+    (old, old_hue), (new, new_hue) = target.shading(target.lamps), target.shading(lamps, most)
 
-    Attributes
-    ----------
-    faces : Faces
-        The two faces that it was made of.
-    lights, persons : list of array
-        ``s' + k r`` and p, plane by plane.
-    """
-
-    faces: Faces
-    lights: list[Plane]
-    persons: list[Plane]
-
-    def anchored(self, anchor: Plane) -> Relit:
-        """Return the relit planes, ``exp(s' + p + k r)``, with what `anchor` adds to the light of each."""
-        lights = [light + shift for light, shift in zip(self.lights, anchor, strict=True)]
-        relit = stacked([np.exp(light + person) for light, person in zip(lights, self.persons, strict=True)])
-        # The hue of the skin is shown in the person, though in one photo it may be that of the light.
-        targets = self.faces.targets
-        tone = np.log([target.strength for target in targets])
-        tone -= tone.mean()
-        layers = {
-            "target_light": stacked([np.exp(t.shade - c) for t, c in zip(targets, tone, strict=True)]),
-            "target_is_lit": stacked(self.faces.lits),
-            "person": stacked([np.exp(person + c) / 2 for person, c in zip(self.persons, tone, strict=True)]),
-            "new_light": stacked([np.exp(light - c) for light, c in zip(lights, tone, strict=True)]),
-        }
-        return Relit(relit, layers=layers)
-
-
-def relight(scene: Scene) -> LightAndPerson:
-    """Return s' + k r, and p."""
-    iod = scene.face.interocular_distance
-    faces = explained_faces(
-        scene.target, scene.reference, scene.face, scene.reference_landmarks, rendered=scene.rendered
+    change = new - old
+    variance = float(change[face.interior].var())
+    twin, blur = twins(face.landmarks, shape), 0.5 / scene.lam_px
+    shared, differing = halves(*_blurred(target, blur, iod), twin)
+    residual = -_OURS_SHARED * shared - _OURS_DIFFERING * differing
+    if reference is not None:
+        change *= _shrunk(variance, _NOISE)
+        if options.turn == 0:  # shadows and highlights that were found do not turn
+            shared, differing = halves(*_blurred(reference, blur, iod), twin)
+            found = _THEIRS_SHARED * shared + _THEIRS_DIFFERING * differing
+            residual += (1 - options.softness) * found
+    change += variance / (variance + _RESIDUAL_NOISE**2) * residual
+    change = _coarse_beyond(change, shape, face, iod)
+    hue, cast = _hue(scene, new_hue, old_hue)
+    measured = target if reference is None else reference
+    return LightChange(
+        target=scene.target,
+        brightness=np.asarray(change, np.float32),
+        hue=hue,
+        cast=cast,
+        face=face.interior,
+        ours=_brightest(target, face.interior),
+        theirs=_brightest(measured, face.interior),
+        known=_soft(shape.head, iod) * (1 - _soft_eyes(face)),
+        confidence=1.0 if reference is None else _confidence(reference, target),
+        lamps=lamps,
+        layers={},
     )
+
+
+def _coarse_beyond(change: Plane, shape: FaceShape, face: FaceRegions, iod: float) -> Plane:
+    """Return a change that is coarser where a template is: at ears, neck and skull, which no landmarks hold."""
+    head = shape.head.astype(np.float32)
+    wide = gaussian_filter(change * head, _COARSE * iod) / np.maximum(gaussian_filter(head, _COARSE * iod), 1e-3)
+    skin = change[face.skin_area]
+    wide = np.clip(wide, *np.quantile(skin, [1 - _NEARLY_ALL, _NEARLY_ALL]))
+    held = np.clip(face.distance / (_COARSE * iod), 0, 1).astype(np.float32)
+    return held * change + (1 - held) * wide
+
+
+def _soft_eyes(face: FaceRegions) -> Plane:
+    """Return where eyes and lids are, whose shape no template has, 0 to 1."""
+    iod = face.interocular_distance
+    eyes = distance_transform_edt(~face.hulls(("eyes",))) < _LIDS * iod
+    return np.clip(gaussian_filter(eyes.astype(np.float32), _LIDS / 2 * iod), 0, 1)
+
+
+def _shrunk(variance: float, noise: float) -> float:
+    """Return κ: the share of what varies so much that is more than noise."""
+    return max(0.0, 1 - noise**2 / max(variance, 1e-12))
+
+
+def _blurred(face: LitFace, blur: float, iod: float) -> tuple[Plane, Plane]:
+    """Return a face's e, blurred where there is skin and carried on from there, and where that is known."""
+    unexplained, weight = face.unexplained(face.lamps), face.weight
+    near = gaussian_filter(weight, blur)
+    fine = gaussian_filter(unexplained * weight, blur) / np.maximum(near, 1e-3)
+    wide = gaussian_filter(unexplained * weight, _AROUND * iod) / np.maximum(
+        gaussian_filter(weight, _AROUND * iod), 1e-2
+    )
+    share = np.minimum(4 * near, 1)
+    carried = np.minimum(4 * gaussian_filter(weight, _AROUND * iod), 1)
+    return share * fine + (1 - share) * carried * wide, carried
+
+
+def _hue(
+    scene: Scene, new: Plane | None, old: Plane | None
+) -> tuple[Plane | None, NDArray[np.float64]]:
+    """Return by how much more than the brightness each colour changes, and the mean of that."""
+    none = np.zeros(3)
+    if new is None:
+        return None, none
+    inside = scene.skin > 0.5 if np.any(scene.skin > 0.5) else scene.face.inside
+    if old is None:  # a grey target takes on the reference's colours, light and skin alike
+        return _colors_of(scene), none
+    change = new - old
+    cast = change[inside].mean(axis=0).astype(np.float64)
+    change = change - cast.astype(np.float32)
+    variance = float((change[inside] ** 2).sum(axis=1).mean())
+    return change * np.float32(_shrunk(variance, _HUE_NOISE)), cast
+
+
+def _colors_of(scene: Scene) -> Plane:
+    """Return the reference's own colours, log over its brightness, as fine as the light may be."""
     blur = 0.5 / scene.lam_px
-    persons, lights = list(faces.persons), []
-    for k, (reference, stand_in) in enumerate(zip(faces.references, faces.stand_ins, strict=True)):
-        if faces.colored:
-            grey = np.mean([one.person for one in faces.references], axis=0)
-            persons[k] = persons[k] + gaussian_filter(reference.person - grey, blur)
-        if scene.rendered:
-            lights.append(reference.shade)
-            continue
-        residual = _residual(stand_in - persons[k], faces.features, blur, iod)
-        share = _RESIDUAL * residual + _SHADOW * np.minimum(residual - _SHADOW_FROM, 0)
-        lights.append(np.log(shade_on(reference.light, faces.shape)) + reference.light.slant**3 * share)
-    return LightAndPerson(faces, lights, persons)
+    light = gaussian_filter(linear(scene.reference), (blur, blur, 0))
+    return np.asarray(np.log(np.maximum(light, 1e-4) / np.maximum(light @ LUMA_WEIGHTS, 1e-4)[..., None]), np.float32)
 
 
-def _residual(difference: Plane, features: Plane, blur: float, iod: float) -> Plane:
-    """Return r, which goes through brows, eyes and mouth as it goes round them."""
-    round_them = 1 - _OTHERS * features
-    wide = gaussian_filter(difference * round_them, _ACROSS * iod) / gaussian_filter(
-        round_them, _ACROSS * iod
-    )
-    return np.asarray(gaussian_filter(difference, blur) * (1 - features) + wide * features)
+def _brightest(face: LitFace, inside: NDArray[np.bool_]) -> float:
+    """Return the brightness of a face where it is lit."""
+    skin = (face.weight > 0.5) & inside
+    return float(np.quantile(face.brightness[skin if skin.any() else inside], _BRIGHTEST))
+
+
+def _soft(head: NDArray[np.bool_], iod: float) -> Plane:
+    """Return where a head is, 0 to 1, and less at its rim, where a surface is seen too flat to be shaded."""
+    blurred = gaussian_filter(head.astype(np.float32), _RIM * iod, mode="nearest")
+    return np.clip(2 * blurred - 1, 0, 1)
+
+
+def _confidence(reference: LitFace, target: LitFace) -> float:
+    """Return how far a light can be trusted: the share of the face that shows it, as well as lamps explain it."""
+    seen = float(reference.weight.sum()) / max(float(target.weight.sum()), 1e-9)
+    inside = reference.weight > 0.5
+    if not inside.any():
+        return 0.0
+    log = np.log(np.maximum(reference.brightness, 1e-4))[inside]
+    off = reference.unexplained(reference.lamps)[inside]
+    explained = 1 - float((off - off.mean()).var()) / max(float(log.var()), _RESIDUAL_NOISE**2)
+    return float(np.clip(min(seen, 1.0) * max(explained, 0.0), 0, 1))

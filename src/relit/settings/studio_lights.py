@@ -20,11 +20,14 @@ class StudioLight(NamedTuple):
         Where the lamp stands, in degrees: from the camera towards the right of the picture, and upwards.
     ambient : float
         Light from everywhere, as a share of all that falls on what looks into the lamp.
+    softness : float
+        Degrees from the middle of the lamp to its rim.
     """
 
     azimuth: float
     elevation: float
     ambient: float = 0.2
+    softness: float = 10.0
 
 
 #: The portraitist's setups. Those with a side are lit from the left of the picture.

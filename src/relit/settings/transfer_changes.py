@@ -34,6 +34,8 @@ class TransferChanges(TypedDict, total=False):
     method: MethodName
     lam: Lambda
     light: Light
+    softness: float
+    turn: float
     strength: float
     shadows: float
     highlights: float

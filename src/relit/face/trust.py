@@ -24,11 +24,17 @@ if TYPE_CHECKING:
 # What each of these is worth: docs/leaderboard.md, The constants.
 _RIM, _RIM_RENDERED = 0.1, 0.04  # interocular distances: at its outline a mesh is too flat to shade well
 _EDGE = 0.06  # interocular distances by which features are widened, and over which trust turns soft
+_NEAR = 0.02  # interocular distances by which the features of one face are widened
 
 
 @remembered
 def known(
-    view: View, reference: NDArray[Any], seen: NDArray[np.bool_], *, rendered: bool = False
+    view: View,
+    reference: NDArray[Any],
+    seen: NDArray[np.bool_],
+    *,
+    rendered: bool = False,
+    narrow: bool = False,
 ) -> NDArray[np.float32]:
     """Return where a change of light can be trusted, 0 to 1.
 
@@ -42,13 +48,17 @@ def known(
         Where it lies within its photo.
     rendered : bool
         Whether the reference is nobody's face.
+    narrow : bool
+        Whether what cannot be trusted is half as wide: of the template head, which is shaded well at its rim,
+        and a light that is found as a whole.
 
     Returns
     -------
     (H, W) float32 array
     """
     face, iod = view.regions, view.regions.interocular_distance
-    trust = (face.distance > (_RIM_RENDERED if rendered else _RIM) * iod).astype(np.float32)
+    rim, edge = (_RIM / 2, _EDGE / 2) if narrow else (_RIM_RENDERED if rendered else _RIM, _EDGE)
+    trust = (face.distance > rim * iod).astype(np.float32)
     if not rendered:
         trust *= seen
         area = face.skin_area & seen
@@ -59,10 +69,29 @@ def known(
             # Below the brows, what is dark may lie in a shadow; above, it is hair or a hat.
             shaded, plain = skin.likeness(theirs, hue_alone=True), skin.likeness(theirs)
             trust *= face.below_brows * shaded + (1 - face.below_brows) * plain
-        trust *= 1 - grey_dilation(face.features.astype(np.float32), size=_square(_EDGE * iod))
+        trust *= 1 - grey_dilation(face.features.astype(np.float32), size=_square(edge * iod))
     # What is beside the unknown is half unknown: a mixed pixel, a lens' blur, an alignment that is off.
-    sigma = _square(_EDGE * iod / 2)[0] / 2
+    sigma = _square(edge * iod / 2)[0] / 2
     return np.asarray(np.clip(2 * gaussian_filter(trust, sigma) - 1, 0, 1), np.float32)
+
+
+@remembered
+def skin_shown(view: View) -> NDArray[np.float32]:
+    """Return where a face shows skin, whatever light falls on it: not in its features, nor where hair hides it.
+
+    Parameters
+    ----------
+    view : View
+
+    Returns
+    -------
+    (H, W) float32 array
+        0 to 1.
+    """
+    face = view.regions
+    shown = face.inside * np.maximum(face.below_brows, view.skin.likeness(view.smooth))
+    features = grey_dilation(face.features.astype(np.float32), size=_square(_NEAR * face.interocular_distance))
+    return np.asarray(shown * (1 - features), np.float32)
 
 
 def _square(radius: float) -> tuple[int, int]:

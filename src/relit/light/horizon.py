@@ -1,0 +1,92 @@
+"""What a face hides of the light from itself: the horizon seen from each of its points [1]_.
+
+From a point, the rest of the head covers the sky up to some elevation over the image's plane, in each
+direction along it. A lamp is seen that stands higher.
+
+References
+----------
+.. [1] N. L. Max, "Horizon mapping: shadows for bump-mapped surfaces", The Visual Computer 4(2), 1988.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+# What each of these is worth: docs/leaderboard.md, The constants.
+_WAYS = 16  # directions along the image
+_STEPS = 32  # looked at on each
+_NEAREST, _FARTHEST = 0.06, 1.6  # interocular distances, of the first step and the last
+_ROUGH = 0.02  # interocular distances that a surface must be in front to cover anything
+_SOFT = 0.15  # rad above and below the horizon, where a lamp is half hidden
+_BLUR = 0.04  # interocular distances: a template's edges are its own
+
+
+def horizons(depth: NDArray[np.floating], solid: NDArray[np.bool_], iod: float) -> NDArray[np.float32]:
+    """Return the elevation of the horizon round each pixel.
+
+    Parameters
+    ----------
+    depth : (H, W) array
+        Of the surface in px, growing away from the camera.
+    solid : (H, W) bool array
+        Where there is a surface; elsewhere nothing is in the way.
+    iod : float
+        Interocular distance in px.
+
+    Returns
+    -------
+    (H, W, 16) float32 array
+        In rad over the image's plane, towards the camera; from the direction of x on, by way of y.
+
+    Examples
+    --------
+    At the foot of a wall on the right, that side is covered:
+
+    >>> depth = np.where(np.arange(80) < 40, 0.0, -10.0) * np.ones((80, 1))
+    >>> seen = horizons(depth, np.ones((80, 80), bool), 20.0)[40, 36]
+    >>> bool(seen[0] > 0.8), bool(seen[8] < 0.1)
+    (True, True)
+    """
+    height, width = depth.shape
+    reach = int(np.ceil(_FARTHEST * iod))
+    blocker = np.pad(np.where(solid, depth, np.inf).astype(np.float32), reach, constant_values=np.inf)
+    surface = (depth - _ROUGH * iod).astype(np.float32)
+    planes = []
+    for way in 2 * np.pi * np.arange(_WAYS) / _WAYS:
+        slope = np.full(depth.shape, -np.inf, np.float32)
+        for step in np.geomspace(_NEAREST, _FARTHEST, _STEPS) * iod:
+            y, x = reach + round(step * np.sin(way)), reach + round(step * np.cos(way))
+            there = blocker[y : y + height, x : x + width]
+            np.maximum(slope, (surface - there) / np.float32(step), out=slope)
+        planes.append(gaussian_filter(np.arctan(slope), _BLUR * iod))
+    return np.stack(planes, axis=-1)
+
+
+def visible(horizon: NDArray[np.floating], direction: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Return the share of a lamp that is seen over the horizon.
+
+    Parameters
+    ----------
+    horizon : (..., 16) array
+        As of `horizons`.
+    direction : (3,) array
+        Towards the lamp, ``(x, y, z)``, z growing away from the camera.
+
+    Returns
+    -------
+    (...) float32 array
+        0 to 1.
+    """
+    x, y, z = direction
+    way = np.arctan2(y, x) / (2 * np.pi) * _WAYS
+    before = int(np.floor(way))
+    share = np.float32(way - before)
+    edge = (1 - share) * horizon[..., before % _WAYS] + share * horizon[..., (before + 1) % _WAYS]
+    elevation = np.arctan2(-z, np.hypot(x, y))
+    return np.asarray(np.clip((elevation - edge) / (2 * _SOFT) + 0.5, 0, 1), np.float32)

@@ -1,0 +1,88 @@
+"""A change of light on a head, before it is said how bright the face is to be, and of what overall colour."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from relit.methods.lit_face import linear
+from relit.methods.scene import Relit
+from relit.photo.profile import encode_srgb
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from relit.light.dome import Lamps
+    from relit.methods.lit_face import Plane
+
+_SKINS = 0.4  # in log: how far two skins differ in colour; of rendered heads in white light, at most 0.26
+_BRIGHTEST = 0.95  # the share of a face that is darker than what says how bright it is
+
+
+@dataclass(frozen=True, eq=False)
+class LightChange:
+    """A change of light on a head, in logarithms of linear light.
+
+    Attributes
+    ----------
+    target : (H, W) or (H, W, 3) array
+        The planes that are relit, as encoded in the photo.
+    brightness : (H, W) array
+        D, without a constant.
+    hue : (H, W, 3) array or None
+        By how much more than D red, green and blue change, against one another; the mean is 0. None of light
+        without colour.
+    cast : (3,) array
+        The mean of that: the reference's overall colour less the target's, light and skin alike.
+    face : (H, W) bool array
+        Where brightness is measured.
+    ours, theirs : float
+        Linear brightness of the target's face, and the reference's; of a light by name, the target's again.
+    known : (H, W) array
+        Where the head is, 0 to 1.
+    confidence : float
+        How far this can be trusted, 0 to 1.
+    lamps : Lamps
+        The new light.
+    layers : mapping of str to array
+        As of `Relit`.
+    """
+
+    target: NDArray[Any]
+    brightness: Plane
+    hue: Plane | None
+    cast: NDArray[np.float64]
+    face: NDArray[np.bool_]
+    ours: float
+    theirs: float
+    known: Plane
+    confidence: float
+    lamps: Lamps
+    layers: Mapping[str, NDArray[np.float32]]
+
+    def anchored(self, exposure: float, cast: float | None) -> Relit:
+        """Return the relit planes.
+
+        Parameters
+        ----------
+        exposure : float
+            Share of the reference's brightness that the face takes on, the rest being the target's; 0 to 1.
+        cast : float or None
+            The same of its overall colour; with None, as much of it as is more than two skins differ by.
+        """
+        light = np.atleast_3d(linear(self.target))
+        made = light * np.exp(self.brightness)[..., None]
+        if self.hue is not None:
+            if cast is None:
+                cast = max(0.0, 1 - _SKINS**2 / max(float(self.cast @ self.cast), 1e-12))
+            made = made * np.exp(self.hue + (cast * self.cast).astype(np.float32))
+        # A colour takes away from white light, as a filter does: the brightest channel is what is kept.
+        ours, new = (float(np.quantile(one[self.face].max(axis=1), _BRIGHTEST)) for one in (light, made))
+        anchor = np.log(ours / max(new, 1e-9)) + exposure * np.log(max(self.theirs, 1e-4) / max(self.ours, 1e-4))
+        made = made * np.float32(np.exp(anchor))
+        relit = encode_srgb(made)
+        return Relit(np.asarray(relit[..., 0] if relit.shape[2] == 1 else relit, np.float32), layers=self.layers)

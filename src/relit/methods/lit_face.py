@@ -1,0 +1,144 @@
+"""One face, explained by lamps: how bright they make it, of what hue, and what they leave unexplained."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+from relit.light.dome import DOME, Lamps, fit_lamps, surface_of
+from relit.photo.color import LUMA_WEIGHTS
+from relit.photo.pixels import to_unit
+from relit.photo.profile import decode_srgb
+from relit.photo.resampling import reduced
+from relit.runtime.memo import remembered
+
+if TYPE_CHECKING:
+    from typing import TypeAlias
+
+    from numpy.typing import NDArray
+
+    from relit.face.shape import FaceShape
+    from relit.light.dome import Surface
+
+    Plane: TypeAlias = NDArray[np.float32]
+
+# What each of these is worth: docs/leaderboard.md, The constants.
+_GRAIN = 0.01  # interocular distances that brightness is blurred over
+_HUE_GRAIN = 0.03  # the same of hue, which varies more slowly and is noisier
+_DARKEST_SHADE = 0.04  # of a face's brightest: what its light leaves darker is no base for a ratio
+_BRIGHTEST = 0.95  # the share of a face that is darker than its brightest
+_NEARLY_ALL = 0.99  # the share of a face that is darker than the most a light makes of it
+_TIED = 0.1  # how much the lamps of a colour are like those of the brightness
+_MOST = 1.5  # in log: what is farther off than this is no skin
+_DARKEST = 1e-4  # linear brightness below which there is only noise
+
+
+@dataclass(frozen=True, eq=False)
+class LitFace:
+    """A face and the lamps that explain it.
+
+    Attributes
+    ----------
+    surface : Surface
+        The face's own.
+    brightness : (H, W) array
+        Linear luma, without grain.
+    weight : (H, W) array
+        Where it shows skin, 0 to 1; there the lamps were fitted.
+    lamps : Lamps
+    """
+
+    surface: Surface
+    brightness: Plane
+    weight: Plane
+    lamps: Lamps
+
+    def shading(self, lamps: Lamps, most: float = np.inf) -> tuple[Plane, Plane | None]:
+        """Return what lamps make of this face's shape: log brightness, and log hue if they have colours.
+
+        Where they leave it darker than 4 % of its brightest, that is what counts: less is no base for a ratio.
+        Nowhere is it brighter than `most`.
+        """
+        made = self.surface.lit(lamps)
+        inside = self.weight > 0.5
+        brightest = float(np.quantile(made[inside, 0] if inside.any() else made[..., 0], _BRIGHTEST))
+        least = max(_DARKEST_SHADE * brightest, _DARKEST)
+        shade = np.log(np.clip(made[..., 0], least, max(most, least)))
+        if lamps.colors is None:
+            return shade, None
+        gains = lamps.colors.sum(axis=0) / max(float(lamps.weights.sum()), _DARKEST)
+        ground = (least - np.minimum(made[..., :1], least)) * gains.astype(np.float32)
+        bright = np.log(np.maximum(made[..., :1], least))
+        return shade, np.log(np.maximum(made[..., 1:] + ground, _DARKEST)) - bright
+
+    def most(self) -> float:
+        """Return the most that the lamps make of this face where it shows skin."""
+        made, inside = self.surface.lit(self.lamps)[..., 0], self.weight > 0.5
+        return float(np.quantile(made[inside] if inside.any() else made, _NEARLY_ALL))
+
+    def unexplained(self, lamps: Lamps) -> Plane:
+        """Return e, as far as it may be skin; its median over the skin is 0."""
+        off = np.log(np.maximum(self.brightness, _DARKEST)) - self.shading(lamps)[0]
+        inside = self.weight > 0.5
+        return np.clip(off - (np.median(off[inside]) if inside.any() else 0), -_MOST, _MOST)
+
+
+def linear(planes: NDArray[Any]) -> Plane:
+    """Return the light that planes encode, float32; the curve is that of sRGB."""
+    return np.asarray(decode_srgb(to_unit(planes)), np.float32)
+
+
+def brightness_of(light: Plane) -> Plane:
+    """Return the luma of linear planes, (H, W)."""
+    return light if light.ndim == 2 else np.asarray(light @ LUMA_WEIGHTS.astype(np.float32))
+
+
+@remembered
+def explain(planes: NDArray[Any], shape: FaceShape, weight: Plane, iod: float) -> LitFace:
+    """Find the lamps that light a face.
+
+    Parameters
+    ----------
+    planes : (H, W) or (H, W, 3) array
+        As encoded in a photo.
+    shape : FaceShape
+    weight : (H, W) array
+        Where it shows skin, 0 to 1.
+    iod : float
+        Interocular distance in px.
+
+    Returns
+    -------
+    LitFace
+    """
+    light, surface = linear(planes), surface_of(shape, iod)
+    brightness = gaussian_filter(brightness_of(light), _GRAIN * iod)
+    counts = reduced(weight, surface.factor)
+    skin = counts > 0.5 if np.any(counts > 0.5) else np.ones(counts.shape, bool)
+    basis, counts = surface.under_dome[skin], counts[skin]
+    weights = fit_lamps(basis, reduced(brightness, surface.factor)[skin], counts)
+    colors = None
+    if light.ndim == 3:
+        hue = gaussian_filter(light, (_HUE_GRAIN * iod, _HUE_GRAIN * iod, 0))
+        colors = _colored(basis, reduced(hue, surface.factor)[skin], counts, weights)
+    return LitFace(surface, brightness, weight, Lamps(DOME, weights, colors))
+
+
+def _colored(
+    basis: NDArray[np.float32], light: NDArray[np.float32], counts: Plane, weights: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the lamps of red, green and blue.
+
+    What they explain is the colour alone, at the brightness that the lamps make: where a person's albedo, or
+    the shape, is off, all channels are.
+    """
+    hue = light / np.maximum(light @ LUMA_WEIGHTS, _DARKEST)[:, None]
+    made, gains = basis @ weights, np.median(hue, axis=0)
+    fits = [
+        fit_lamps(basis, channel * made, counts, prior=weights * gain, tied=_TIED)
+        for channel, gain in zip(hue.T, gains.tolist(), strict=True)
+    ]
+    return np.stack(fits, axis=1)
