@@ -81,7 +81,7 @@ def test_working_on_the_region_alone_changes_next_to_nothing_in_the_face(target,
     small = face * 0.5 + 30
     within = transfer(target, reference, **given(small), **options)
     whole = transfer(target, reference, **given(small), mask=False, **options)
-    core = within.mask == 1
+    core = (within.mask == 1) & within.view.regions.inside
     assert within.mask.shape != target.shape[:2]
     # What the method finds; with a mask, it is then carried on over brows, eyes and lips.
     relit = [np.exp(one.first.change) * np.atleast_3d(target)[within.window] for one in (within,)]
