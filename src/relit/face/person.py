@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
     from relit.face.views import View
 
-# Side of the square, and how far below the eyes its middle is, in interocular distances. Of twelve rendered
-# heads, 5 to 6 and 0 to 0.6 find the person within 1 % (IoU .991); a side of 4 or 7 is worse.
+# Side of the square, and how far below the eyes its middle is, in interocular distances. On twelve rendered
+# heads, sides of 5 to 6 and 0 to 0.3 have a mean IoU of .991; a side of 4 at most .97, one of 7 .989.
 _SIDE, _BELOW_EYES = 5.5, 0.3
 
 
