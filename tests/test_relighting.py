@@ -78,7 +78,8 @@ def test_the_mask_keeps_the_rest_and_changes_the_face(target, reference, face):
 
 @pytest.mark.parametrize("options", [{"method": "ltv"}, {"method": "shading", "exposure": "take"}])
 def test_working_on_the_region_alone_changes_next_to_nothing_in_the_face(target, reference, face, options):
-    small = face * 0.5 + 30
+    # No four points on a circle: how these are joined to triangles is a matter of rounding.
+    small = face * 0.5 + 30 + np.random.default_rng(0).normal(0, 0.05, face.shape)
     within = transfer(target, reference, **given(small), **options)
     whole = transfer(target, reference, **given(small), mask=False, **options)
     core = within.mask == 1

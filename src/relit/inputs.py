@@ -9,6 +9,7 @@ import numpy as np
 
 from relit.compose.blend import base_of
 from relit.compose.matte import REACH
+from relit.compose.person_matte import corners_round
 from relit.errors import ImageError, OptionError
 from relit.face.detect import detect_landmarks
 from relit.face.landmarks import Landmarks, as_landmarks, check_inside, check_pair
@@ -162,6 +163,8 @@ def _face_view(
         return view_of(image, landmarks, whole(image, landmarks).window, factor)
     points = np.vstack([face_outline(landmarks), landmarks.xy])
     margin = max(REACH, _SURROUNDINGS) * landmarks.interocular_distance
+    if options.record.relights_head:
+        points, margin = np.vstack([corners_round(landmarks), landmarks.xy]), 0.0
     return view_of(image, landmarks, window_round(points, margin, image.shape, factor), factor)
 
 

@@ -16,8 +16,9 @@ import numpy as np
 
 from relit.compose.adjust import anchored, controlled
 from relit.compose.blend import blend
-from relit.compose.matte import share_of_change, sparing_whites
+from relit.compose.matte import sparing_whites
 from relit.compose.membrane import carried_on
+from relit.compose.share import share_of_change
 from relit.errors import OptionError
 from relit.face.shape import face_shape
 from relit.face.trust import known, skin_shown

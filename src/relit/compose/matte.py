@@ -1,4 +1,4 @@
-"""Where a change of light goes: the skin of the target, beyond the outline of its face too.
+"""Where a change of the light on a face goes: the skin of the target, beyond the outline of its face too.
 
 All of the face below the brows is skin for sure; above them, and round the face, what looks like its skin and
 can be reached from the face without crossing an edge takes the change, less and less with the distance.
@@ -6,8 +6,7 @@ can be reached from the face without crossing an edge takes the change, less and
 
 from __future__ import annotations
 
-from functools import reduce
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt, gaussian_filter, grey_closing, white_tophat
@@ -15,7 +14,6 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 from relit.compose.guided_filter import guided_filter
-from relit.photo.pixels import to_unit
 from relit.photo.resampling import Enlarger, reduced
 from relit.runtime.memo import remembered
 from relit.solver.neighborhoods import paired
@@ -26,7 +24,6 @@ if TYPE_CHECKING:
     from relit.face.regions import FaceRegions
     from relit.face.views import View
     from relit.photo.planes import PlaneSpace
-    from relit.settings.options import TransferOptions
 
 #: How far beyond the face's outline skin is relit, in interocular distances.
 REACH = 0.9
@@ -65,16 +62,21 @@ def matte(view: View) -> NDArray[np.float32]:
         return np.ones(face.shape, np.float32)
     near = np.clip((1 - _away(view.skin.whitened(view.smooth), face)) / (1 - _FULL), 0, 1)
     near = near**2 * (3 - 2 * near)
-    # A little of a likeness is none: it would show as a glow on a plain background.
-    like = np.clip((view.skin.likeness(view.smooth) - _NONE) / (_ALL - _NONE), 0, 1)
-    # A highlight on skin, a mole, a strand of hair: the light falls on them too.
-    size = 2 * max(round(_HOLE * iod / 2), 1) + 1
-    like = grey_closing(like, (size, size))
-    share = near * np.maximum(like, face.below_brows)
+    share = near * skin_share(view)
     soft = guided_filter(share, view.brightness, max(round(_EDGE * iod), 1), _GUIDE)
     soft = np.clip((soft - _FAINT) / (1 - 2 * _FAINT), 0, 1)
     beyond = distance_transform_edt(~face.inside) / (REACH * iod)
     return np.asarray(soft * np.clip((1 - beyond) / _LAST, 0, 1), np.float32)
+
+
+@remembered
+def skin_share(view: View) -> NDArray[np.float32]:
+    """Return how much of each pixel is skin, (H, W) in [0, 1], by its looks; below the brows, all."""
+    # A little of a likeness is none: it would show as a glow on a plain background.
+    like = np.clip((view.skin.likeness(view.smooth) - _NONE) / (_ALL - _NONE), 0, 1)
+    # A highlight on skin, a mole, a strand of hair: the light falls on them too.
+    size = 2 * max(round(_HOLE * view.regions.interocular_distance / 2), 1) + 1
+    return np.asarray(np.maximum(grey_closing(like, (size, size)), view.regions.below_brows))
 
 
 def _away(colors: NDArray[np.float64], face: FaceRegions) -> NDArray[np.float32]:
@@ -134,20 +136,3 @@ def sparing_whites(change: NDArray[np.float32], view: View, space: PlaneSpace) -
         brightness = (change @ space.weights(3))[..., None]
         change = change + white[..., None] * (brightness - change)
     return change * share[..., None]
-
-
-def share_of_change(
-    view: View, options: TransferOptions, region_mask: NDArray[Any] | None
-) -> NDArray[np.float32] | None:
-    """Return the share of a change that is made, 0 to 1: on the skin, in the region that is to be relit.
-
-    None where all of it is made everywhere.
-    """
-    factors = [matte(view)] if options.mask else []
-    if options.region != "face":
-        factors.append(view.regions.parts(options.region))
-    if region_mask is not None:
-        factors.append(to_unit(reduced(region_mask[view.window], view.factor)))
-    if options.strength == 0:
-        factors.append(np.zeros(view.regions.shape, np.float32))
-    return reduce(np.multiply, factors) if factors else None

@@ -1,7 +1,8 @@
-"""The two networks of MediaPipe's FaceMesh, run by LiteRT: squares of a photo in, boxes and meshes out.
+"""Three networks of MediaPipe, run by LiteRT: squares of a photo in; boxes, meshes and persons out.
 
 The *detector* [1]_ looks at a square, 128 px a side, for boxes with a face; the *mesh* [2]_ places 478 points
-in a square round a face, 256 px a side, and tells how sure it is that there is one (*presence*).
+in a square round a face, 256 px a side, and tells how sure it is that there is one (*presence*). The
+*segmentation* [3]_ tells persons from what is behind.
 
 References
 ----------
@@ -9,6 +10,7 @@ References
        on Computer Vision for AR/VR, 2019.
 .. [2] Y. Kartynnik et al., "Real-time facial surface geometry from monocular video on mobile GPUs", same
        workshop, 2019.
+.. [3] T. Hou and T. Mullen, "Background features in Google Meet, powered by Web ML", Google AI Blog, 2020.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _LEAST_OVERLAP = 0.3  # intersection over union, above which two boxes of one look are one face
-_BOX_SIDE, _MESH_SIDE = 128, 256
+_BOX_SIDE, _MESH_SIDE, _PERSON_SIDE = 128, 256, 256
 
 
 class Square(NamedTuple):
@@ -76,6 +78,12 @@ def see_mesh(photo: Image.Image, square: Square, gamma: float) -> tuple[NDArray[
     unit = points.reshape(478, 3).astype(np.float64) / _MESH_SIDE
     placed = np.column_stack([square.to_photo(unit[:, :2]), unit[:, 2] * square.side])
     return placed, float(expit(np.float64(presence.item())))
+
+
+def see_person(photo: Image.Image, square: Square) -> NDArray[np.float32]:
+    """Return how likely each of 256 by 256 px of a square of an RGB photo is of a person, in [0, 1]."""
+    (likely,) = _run("selfie_segmentation.tflite", take_crop(photo, square, _PERSON_SIDE, "nearest"))
+    return likely[0, :, :, 0]
 
 
 def decode_boxes(

@@ -26,6 +26,8 @@ class Method:
         Whether it relights nothing but what has a brightness: all of RGB, V of HSV, Y of YCbCr.
     splits : bool
         Whether it splits either photo by itself, so that a reference can be split in its own frame.
+    relights_head : bool
+        Whether it knows the light on all of the head, with hair, ears and neck, and not on the face alone.
     """
 
     working_iod: float = 200.0
@@ -35,13 +37,19 @@ class Method:
     anchors_itself: bool = False
     lights_brightness: bool = False
     splits: bool = False
+    relights_head: bool = False
 
 
 #: Name in `TransferOptions` → record. A light fitted to a face is as good on a small one; where edges are
 #: found one by one, more pixels find them better.
 METHODS = {
     "shading": Method(
-        working_iod=90.0, preview_iod=50.0, sketch_iod=18.0, anchors_itself=True, lights_brightness=True
+        working_iod=90.0,
+        preview_iod=50.0,
+        sketch_iod=18.0,
+        anchors_itself=True,
+        lights_brightness=True,
+        relights_head=True,
     ),
     "ltv": Method(splits=True),
     "log-gaussian": Method(),
