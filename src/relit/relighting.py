@@ -17,7 +17,8 @@ import numpy as np
 from relit.compose.adjust import anchored, controlled
 from relit.compose.blend import blend
 from relit.compose.matte import sparing_whites
-from relit.compose.membrane import carried_on
+from relit.solver.membrane import carried_on
+from relit.compose.person_matte import sparing_hair
 from relit.compose.share import share_of_change
 from relit.errors import OptionError
 from relit.face.shape import face_shape
@@ -241,7 +242,6 @@ def _lighting(seen: Seen, light: _Light, made: Relit | LightChange, options: Tra
         trust = made.known
     elif options.mask:
         trust = _trusted(seen, light)
-    if trust is not None:
         filled = carried_on(change, trust, seen.view.regions.interocular_distance)
     return Lighting(
         warped=light.warped,
@@ -263,4 +263,8 @@ def _adjust(seen: Seen, lightings: Sequence[Lighting], options: TransferOptions)
     change = np.median([lighting.filled for lighting in lightings], axis=0)
     weights = seen.space.weights(change.shape[2])
     change = controlled(change, seen.base, seen.view.regions.interior, weights, options)
-    return sparing_whites(change, seen.view, seen.space) if options.mask else change
+    if not options.mask:
+        return change
+    if options.record.relights_head:
+        return sparing_hair(change, seen.view)
+    return sparing_whites(change, seen.view, seen.space)

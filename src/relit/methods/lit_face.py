@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter
 
 from relit.light.dome import DOME, Lamps, fit_lamps, surface_of
 from relit.photo.color import LUMA_WEIGHTS
-from relit.photo.pixels import to_unit
+from relit.photo.pixels import DARKEST, to_unit
 from relit.photo.profile import decode_srgb
 from relit.photo.resampling import reduced
 from relit.runtime.memo import remembered
@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 # What each of these is worth: docs/leaderboard.md, The constants.
 _GRAIN = 0.01  # interocular distances that brightness is blurred over
 _HUE_GRAIN = 0.03  # the same of hue, which varies more slowly and is noisier
-_DARKEST_SHADE = 0.04  # of a face's brightest: what its light leaves darker is no base for a ratio
+_DARKEST_SHADE = 0.01  # of a face's brightest: what its light leaves darker is no base for a ratio
 _BRIGHTEST = 0.95  # the share of a face that is darker than its brightest
 _NEARLY_ALL = 0.99  # the share of a face that is darker than the most a light makes of it
 _TIED = 0.1  # how much the lamps of a colour are like those of the brightness
-_MOST = 1.5  # in log: what is farther off than this is no skin
+_MOST = 3.0  # in log: what is farther off than this is no skin
 _DARKEST = 1e-4  # linear brightness below which there is only noise
 
 
@@ -59,7 +59,7 @@ class LitFace:
     def shading(self, lamps: Lamps, most: float = np.inf) -> tuple[Plane, Plane | None]:
         """Return what lamps make of this face's shape: log brightness, and log hue if they have colours.
 
-        Where they leave it darker than 4 % of its brightest, that is what counts: less is no base for a ratio.
+        Where they leave it darker than 1 % of its brightest, that is what counts: less is no base for a ratio.
         Nowhere is it brighter than `most`.
         """
         made = self.surface.lit(lamps)
@@ -87,8 +87,8 @@ class LitFace:
 
 
 def linear(planes: NDArray[Any]) -> Plane:
-    """Return the light that planes encode, float32; the curve is that of sRGB."""
-    return np.asarray(decode_srgb(to_unit(planes)), np.float32)
+    """Return the light that planes encode, float32 and nowhere 0; the curve is that of sRGB."""
+    return np.asarray(decode_srgb(np.maximum(to_unit(planes), np.float32(DARKEST))), np.float32)
 
 
 def brightness_of(light: Plane) -> Plane:

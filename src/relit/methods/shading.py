@@ -33,9 +33,11 @@ from relit.face.mirror import halves, twins
 from relit.face.shape import head_shape
 from relit.light.lamps import softened, studio_lamps, turned
 from relit.methods.light_change import LightChange
-from relit.methods.lit_face import LitFace, explain, linear
+from relit.methods.lit_face import LitFace, brightness_of, explain, linear
+from relit.methods.unlit import stand_in
 from relit.photo.color import LUMA_WEIGHTS
 from relit.settings.studio_lights import studio_light
+from relit.solver.membrane import carried_on
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -46,7 +48,7 @@ if TYPE_CHECKING:
     from relit.methods.scene import Scene
 
 # What each of these is worth: docs/leaderboard.md, The constants.
-_THEIRS_SHARED, _THEIRS_DIFFERING = 0.4, 0.4  # a, of what the halves of a face share, and of what not
+_THEIRS_SHARED, _THEIRS_DIFFERING = 0.5, 0.5  # a, of what the halves of a face share, and of what not
 _OURS_SHARED, _OURS_DIFFERING = 0.4, 0.8  # b, alike
 _NOISE, _RESIDUAL_NOISE, _HUE_NOISE = 0.08, 0.3, 0.1  # τ of D, of a residual, of a hue; in log
 _COARSE = 0.1  # interocular distances that a change is blurred over beyond the face
@@ -82,9 +84,14 @@ def relight(scene: Scene) -> LightChange:
             shared, differing = halves(*_blurred(reference, blur, iod), twin)
             found = _THEIRS_SHARED * shared + _THEIRS_DIFFERING * differing
             residual += (1 - options.softness) * found
-    change += variance / (variance + _RESIDUAL_NOISE**2) * residual
-    change = _coarse_beyond(change, shape, face, iod)
+    light = brightness_of(linear(scene.target))
+    missing, reached = stand_in(light, target, reference, face.features, twin, iod)
+    change += reached * variance / (variance + _RESIDUAL_NOISE**2) * residual
+    known = _soft(shape.head, iod) * (1 - _eyes_and_mouth(face))
+    change = carried_on(_coarse_beyond(change, shape, face, iod), known, iod) + missing
     hue, cast = _hue(scene, new_hue, old_hue)
+    if hue is not None:
+        hue = carried_on(hue, known, iod)
     measured = target if reference is None else reference
     return LightChange(
         target=scene.target,
@@ -94,7 +101,7 @@ def relight(scene: Scene) -> LightChange:
         face=face.interior,
         ours=_brightest(target, face.interior),
         theirs=_brightest(measured, face.interior),
-        known=_soft(shape.head, iod) * (1 - _soft_eyes(face)),
+        known=known,
         confidence=1.0 if reference is None else _confidence(reference, target),
         lamps=lamps,
         layers={},
@@ -111,11 +118,15 @@ def _coarse_beyond(change: Plane, shape: FaceShape, face: FaceRegions, iod: floa
     return held * change + (1 - held) * wide
 
 
-def _soft_eyes(face: FaceRegions) -> Plane:
-    """Return where eyes and lids are, whose shape no template has, 0 to 1."""
+def _eyes_and_mouth(face: FaceRegions) -> Plane:
+    """Return where eyes, lids and an open mouth are, whose shape no template has, 0 to 1."""
     iod = face.interocular_distance
-    eyes = distance_transform_edt(~face.hulls(("eyes",))) < _LIDS * iod
-    return np.clip(gaussian_filter(eyes.astype(np.float32), _LIDS / 2 * iod), 0, 1)
+    near = np.zeros(face.shape, bool)
+    for name, reach in (("eyes", _LIDS), ("inner_mouth", _LIDS / 2)):
+        hulls = face.hulls((name,))
+        if hulls.any():
+            near |= distance_transform_edt(~hulls) < reach * iod
+    return gaussian_filter(near.astype(np.float32), _LIDS / 2 * iod)
 
 
 def _shrunk(variance: float, noise: float) -> float:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from relit.compose.membrane import fill
+from relit.solver.membrane import fill
 
 
 @pytest.mark.parametrize("harmonic", [lambda x, y: x + 0 * y, lambda x, y: x * y, lambda x, y: x * x - y * y])
