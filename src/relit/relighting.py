@@ -221,6 +221,7 @@ def _relight(seen: Seen, light: _Light, options: TransferOptions) -> Relit | Lig
             rendered=reference is None,
             own=planes(reference.photo.pixels) if reference and options.splits_alone else None,
             alignment=light.alignment,
+            encoded=light.warped.ndim == 3 or seen.view.pixels.ndim == 3,
             skin=skin_shown(seen.view) if shading else None,
             reference_skin=_trusted(seen, light, narrow=True) if shading and reference else None,
         )

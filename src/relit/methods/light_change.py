@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from relit.methods.lit_face import linear
+from relit.methods.lit_face import linear, shown
 from relit.methods.scene import Relit
-from relit.photo.profile import encode_srgb
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,7 +29,9 @@ class LightChange:
     Attributes
     ----------
     target : (H, W) or (H, W, 3) array
-        The planes that are relit, as encoded in the photo.
+        The planes that are relit, as they are in the photo.
+    encoded : bool
+        Whether they are light by the curve of sRGB.
     brightness : (H, W) array
         D, without a constant.
     hue : (H, W, 3) array or None
@@ -53,6 +54,7 @@ class LightChange:
     """
 
     target: NDArray[Any]
+    encoded: bool
     brightness: Plane
     hue: Plane | None
     cast: NDArray[np.float64]
@@ -74,7 +76,7 @@ class LightChange:
         cast : float or None
             The same of its overall colour; with None, as much of it as is more than two skins differ by.
         """
-        light = np.atleast_3d(linear(self.target))
+        light = np.atleast_3d(linear(self.target, self.encoded))
         made = light * np.exp(self.brightness)[..., None]
         if self.hue is not None:
             if cast is None:
@@ -84,5 +86,5 @@ class LightChange:
         ours, new = (float(np.quantile(one[self.face].max(axis=1), _BRIGHTEST)) for one in (light, made))
         anchor = np.log(ours / max(new, 1e-9)) + exposure * np.log(max(self.theirs, 1e-4) / max(self.ours, 1e-4))
         made = made * np.float32(np.exp(anchor))
-        relit = encode_srgb(made)
+        relit = shown(made, self.encoded)
         return Relit(np.asarray(relit[..., 0] if relit.shape[2] == 1 else relit, np.float32), layers=self.layers)

@@ -11,7 +11,7 @@ from scipy.ndimage import gaussian_filter
 from relit.light.dome import DOME, Lamps, fit_lamps, surface_of
 from relit.photo.color import LUMA_WEIGHTS
 from relit.photo.pixels import DARKEST, to_unit
-from relit.photo.profile import decode_srgb
+from relit.photo.profile import decode_srgb, encode_srgb
 from relit.photo.resampling import reduced
 from relit.runtime.memo import remembered
 
@@ -49,12 +49,15 @@ class LitFace:
     weight : (H, W) array
         Where it shows skin, 0 to 1; there the lamps were fitted.
     lamps : Lamps
+    encoded : bool
+        Whether the photo's values are light by the curve of sRGB.
     """
 
     surface: Surface
     brightness: Plane
     weight: Plane
     lamps: Lamps
+    encoded: bool
 
     def shading(self, lamps: Lamps, most: float = np.inf) -> tuple[Plane, Plane | None]:
         """Return what lamps make of this face's shape: log brightness, and log hue if they have colours.
@@ -86,9 +89,15 @@ class LitFace:
         return np.clip(off - (np.median(off[inside]) if inside.any() else 0), -_MOST, _MOST)
 
 
-def linear(planes: NDArray[Any]) -> Plane:
-    """Return the light that planes encode, float32 and nowhere 0; the curve is that of sRGB."""
-    return np.asarray(decode_srgb(np.maximum(to_unit(planes), np.float32(DARKEST))), np.float32)
+def linear(planes: NDArray[Any], encoded: bool) -> Plane:
+    """Return the light that planes show, float32 and nowhere 0; if it is encoded, by the curve of sRGB."""
+    values = np.maximum(to_unit(planes), np.float32(DARKEST))
+    return np.asarray(decode_srgb(values) if encoded else values, np.float32)
+
+
+def shown(light: NDArray[Any], encoded: bool) -> Plane:
+    """Return light as planes show it; the inverse of `linear`, beyond 1 too."""
+    return np.asarray(encode_srgb(light) if encoded else light, np.float32)
 
 
 def brightness_of(light: Plane) -> Plane:
@@ -97,7 +106,7 @@ def brightness_of(light: Plane) -> Plane:
 
 
 @remembered
-def explain(planes: NDArray[Any], shape: FaceShape, weight: Plane, iod: float) -> LitFace:
+def explain(planes: NDArray[Any], shape: FaceShape, weight: Plane, iod: float, *, encoded: bool) -> LitFace:
     """Find the lamps that light a face.
 
     Parameters
@@ -109,12 +118,14 @@ def explain(planes: NDArray[Any], shape: FaceShape, weight: Plane, iod: float) -
         Where it shows skin, 0 to 1.
     iod : float
         Interocular distance in px.
+    encoded : bool
+        Whether the photo's values are light by the curve of sRGB, or light as they are.
 
     Returns
     -------
     LitFace
     """
-    light, surface = linear(planes), surface_of(shape, iod)
+    light, surface = linear(planes, encoded), surface_of(shape, iod)
     brightness = gaussian_filter(brightness_of(light), _GRAIN * iod)
     counts = reduced(weight, surface.factor)
     skin = counts > 0.5 if np.any(counts > 0.5) else np.ones(counts.shape, bool)
@@ -124,7 +135,7 @@ def explain(planes: NDArray[Any], shape: FaceShape, weight: Plane, iod: float) -
     if light.ndim == 3:
         hue = gaussian_filter(light, (_HUE_GRAIN * iod, _HUE_GRAIN * iod, 0))
         colors = _colored(basis, reduced(hue, surface.factor)[skin], counts, weights)
-    return LitFace(surface, brightness, weight, Lamps(DOME, weights, colors))
+    return LitFace(surface, brightness, weight, Lamps(DOME, weights, colors), encoded)
 
 
 def _colored(

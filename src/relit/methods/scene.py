@@ -50,6 +50,8 @@ class Scene:
         Planes of the reference in its own photo, where they are to be split there.
     alignment : Alignment or None
         How the reference was laid over the target; None if it was rendered.
+    encoded : bool
+        Whether the planes are light by the curve of sRGB; grey photos count as light itself.
     skin, reference_skin : (H, W) array or None
         Where the target shows skin, and where the reference does as well; None if it was rendered.
     """
@@ -64,6 +66,7 @@ class Scene:
     rendered: bool = False
     own: NDArray[Any] | None = None
     alignment: Alignment | None = None
+    encoded: bool = True
     skin: NDArray[np.float32] | None = None
     reference_skin: NDArray[np.float32] | None = None
 

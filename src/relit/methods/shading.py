@@ -63,12 +63,12 @@ def relight(scene: Scene) -> LightChange:
     """Return the change of light."""
     face, iod, options = scene.face, scene.face.interocular_distance, scene.options
     shape = head_shape(face.landmarks, face.shape)
-    target = explain(scene.target, shape, scene.skin, iod)
+    target = explain(scene.target, shape, scene.skin, iod, encoded=scene.encoded)
     if scene.rendered:
         reference, lamps, most = None, studio_lamps(studio_light(options.light)), np.inf
     else:
         theirs = head_shape(face.landmarks, face.shape, of=scene.reference_landmarks)
-        reference = explain(scene.reference, theirs, scene.reference_skin, iod)
+        reference = explain(scene.reference, theirs, scene.reference_skin, iod, encoded=scene.encoded)
         lamps, most = reference.lamps, reference.most()
     lamps = softened(turned(lamps, options.turn), options.softness)
     (old, old_hue), (new, new_hue) = target.shading(target.lamps), target.shading(lamps, most)
@@ -84,7 +84,7 @@ def relight(scene: Scene) -> LightChange:
             shared, differing = halves(*_blurred(reference, blur, iod), twin)
             found = _THEIRS_SHARED * shared + _THEIRS_DIFFERING * differing
             residual += (1 - options.softness) * found
-    light = brightness_of(linear(scene.target))
+    light = brightness_of(linear(scene.target, scene.encoded))
     missing, reached = stand_in(light, target, reference, face.features, twin, iod)
     change += reached * variance / (variance + _RESIDUAL_NOISE**2) * residual
     known = _soft(shape.head, iod) * (1 - _eyes_and_mouth(face))
@@ -95,6 +95,7 @@ def relight(scene: Scene) -> LightChange:
     measured = target if reference is None else reference
     return LightChange(
         target=scene.target,
+        encoded=scene.encoded,
         brightness=np.asarray(change, np.float32),
         hue=hue,
         cast=cast,
@@ -167,7 +168,7 @@ def _hue(
 def _colors_of(scene: Scene) -> Plane:
     """Return the reference's own colours, log over its brightness, as fine as the light may be."""
     blur = 0.5 / scene.lam_px
-    light = gaussian_filter(linear(scene.reference), (blur, blur, 0))
+    light = gaussian_filter(linear(scene.reference, scene.encoded), (blur, blur, 0))
     return np.asarray(np.log(np.maximum(light, 1e-4) / np.maximum(light @ LUMA_WEIGHTS, 1e-4)[..., None]), np.float32)
 
 

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.ndimage import gaussian_filter, grey_erosion, map_coordinates
 
-from relit.photo.profile import encode_srgb
+from relit.methods.lit_face import shown
+from relit.photo.pixels import GAMMA
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,9 +25,8 @@ _SLANTED = 0.5  # sine of the angle from which on a light casts shadows at their
 _SHADOW_EDGE = 0.07  # interocular distances that a shadow is widened by: at its edge light and person mix
 _WIDE = 0.04  # interocular distances that brightness is looked at over
 _BRIGHTEST = 0.95  # the share of a face that is darker than its brightest
-_PERSON, _HALVES = 0.75, 0.9  # in log of linear light: how different two people are, and the halves of one
+_PERSON, _HALVES = 0.35, 0.4  # in log of the encoded: how different two people are, and the halves of one
 _NOISE = 2 / 255  # of an encoded photo
-_CURVE = 2.2  # how much larger an error of the encoded is in log of linear light
 _LEAST = 1e-5  # linear brightness that counts as black
 _SHAPE = 0.1  # in log: what a wrong normal does to a shade
 
@@ -34,7 +34,7 @@ _SHAPE = 0.1  # in log: what a wrong normal does to a shade
 def lit(face: LitFace, iod: float) -> Plane:
     """Return where a face's own light reaches: 0 to 1, and less at a shadow's edge than within the light."""
     skin = face.weight > 0.5
-    seen = encode_srgb(gaussian_filter(face.brightness, _WIDE * iod))
+    seen = shown(gaussian_filter(face.brightness, _WIDE * iod), face.encoded)
     brightest = float(np.quantile(seen[skin] if skin.any() else seen, _BRIGHTEST))
     size = max(1, round(_SHADOW_EDGE * iod))
     seen = gaussian_filter(grey_erosion(seen / max(brightest, 1e-6), (size, size)), size / 3)
@@ -78,28 +78,33 @@ def stand_in(
     dark = 1 - _SHAPE**2 * own
     total, weights = own * person, own.copy()
     if twin is not None:
-        half = dark * _there(reached, twin) / (_there(variance, twin) + _HALVES**2)
+        half = dark * _there(reached, twin) / (_there(variance, twin) + (_curve(target) * _HALVES) ** 2)
         total, weights = total + half * _there(person, twin), weights + half
     if reference is not None:
         theirs, theirs_variance = _person(reference, iod)
         seen = np.maximum(reference.weight, gaussian_filter(features.astype(np.float32), _WIDE / 2 * iod))
         shared = own * reference.weight
         theirs = theirs + (shared * (person - theirs)).sum() / max(float(shared.sum()), 1e-9)
-        other = dark * seen / (theirs_variance + _PERSON**2)
+        other = dark * seen / (theirs_variance + (_curve(target) * _PERSON) ** 2)
         total, weights = total + other * theirs, weights + other
     # As far as its own light shows the person, so does its grain.
-    shown = np.log(brightness) - np.log(np.maximum(target.brightness, _LEAST))
-    missing = total / np.maximum(weights, 1e-9) - person - (1 - reached) * shown
-    missing *= np.minimum(weights * _PERSON**2, 1)
+    grain = np.log(brightness) - np.log(np.maximum(target.brightness, _LEAST))
+    missing = total / np.maximum(weights, 1e-9) - person - (1 - reached) * grain
+    missing *= np.minimum(weights * (_curve(target) * _PERSON) ** 2, 1)
     return np.asarray(missing, np.float32), reached
 
 
 def _person(face: LitFace, iod: float) -> tuple[Plane, Plane]:
     """Return p, and its variance."""
-    seen = encode_srgb(gaussian_filter(face.brightness, _WIDE * iod))
-    noise = _CURVE * _NOISE / np.maximum(seen, _NOISE)
+    seen = shown(gaussian_filter(face.brightness, _WIDE * iod), face.encoded)
+    noise = _curve(face) * _NOISE / np.maximum(seen, _NOISE)
     person = np.log(np.maximum(face.brightness, _LEAST)) - face.shading(face.lamps)[0]
     return person, np.asarray(noise**2 + _SHAPE**2, np.float32)
+
+
+def _curve(face: LitFace) -> float:
+    """Return how much larger an error of the encoded is in log of linear light."""
+    return GAMMA if face.encoded else 1.0
 
 
 def _there(plane: Plane, twin: NDArray[np.float64]) -> Plane:
