@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 # What each of these is worth: docs/leaderboard.md, The constants.
 _GRAIN = 0.01  # interocular distances that brightness is blurred over
 _HUE_GRAIN = 0.03  # the same of hue, which varies more slowly and is noisier
-_DARKEST_SHADE = 0.01  # of a face's brightest: what its light leaves darker is no base for a ratio
+_DARKEST_SHADE = 0.02  # of a face's brightest: what its light leaves darker is no base for a ratio
 _BRIGHTEST = 0.95  # the share of a face that is darker than its brightest
 _NEARLY_ALL = 0.99  # the share of a face that is darker than the most a light makes of it
 _TIED = 0.1  # how much the lamps of a colour are like those of the brightness
-_MOST = 3.0  # in log: what is farther off than this is no skin
+_MOST = 1.5  # in log: what is farther off than this is no skin
 _DARKEST = 1e-4  # linear brightness below which there is only noise
 
 
@@ -62,7 +62,7 @@ class LitFace:
     def shading(self, lamps: Lamps, most: float = np.inf) -> tuple[Plane, Plane | None]:
         """Return what lamps make of this face's shape: log brightness, and log hue if they have colours.
 
-        Where they leave it darker than 1 % of its brightest, that is what counts: less is no base for a ratio.
+        Where they leave it darker than 2 % of its brightest, that is what counts: less is no base for a ratio.
         Nowhere is it brighter than `most`.
         """
         made = self.surface.lit(lamps)

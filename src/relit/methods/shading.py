@@ -48,13 +48,14 @@ if TYPE_CHECKING:
     from relit.methods.scene import Scene
 
 # What each of these is worth: docs/leaderboard.md, The constants.
-_THEIRS_SHARED, _THEIRS_DIFFERING = 0.5, 0.5  # a, of what the halves of a face share, and of what not
+_THEIRS_SHARED, _THEIRS_DIFFERING = 0.4, 0.4  # a, of what the halves of a face share, and of what not
 _OURS_SHARED, _OURS_DIFFERING = 0.4, 0.8  # b, alike
 _NOISE, _RESIDUAL_NOISE, _HUE_NOISE = 0.08, 0.3, 0.1  # τ of D, of a residual, of a hue; in log
 _COARSE = 0.1  # interocular distances that a change is blurred over beyond the face
 _NEARLY_ALL = 0.98  # the share of a face that changes less than the most that ears and neck may
 _LIDS = 0.08  # interocular distances that lids reach beyond the eyes
 _RIM = 0.03  # interocular distances that trust in the shape turns soft over at the rim of a head
+_FRINGE = 0.3  # in log: above the brows, what is farther off may be hair, and its shadow
 _AROUND = 0.1  # interocular distances from where a residual is carried on over what is not skin
 _BRIGHTEST = 0.95  # the share of a face that is darker than what says how bright it is
 
@@ -76,12 +77,13 @@ def relight(scene: Scene) -> LightChange:
     change = new - old
     variance = float(change[face.interior].var())
     twin, blur = twins(face.landmarks, shape), 0.5 / scene.lam_px
-    shared, differing = halves(*_blurred(target, blur, iod), twin)
+    shared, differing = halves(*_blurred(target, np.inf, blur, iod), twin)
     residual = -_OURS_SHARED * shared - _OURS_DIFFERING * differing
     if reference is not None:
         change *= _shrunk(variance, _NOISE)
         if options.turn == 0:  # shadows and highlights that were found do not turn
-            shared, differing = halves(*_blurred(reference, blur, iod), twin)
+            no_hair = np.where(face.below_brows > 0.5, np.inf, _FRINGE).astype(np.float32)
+            shared, differing = halves(*_blurred(reference, no_hair, blur, iod), twin)
             found = _THEIRS_SHARED * shared + _THEIRS_DIFFERING * differing
             residual += (1 - options.softness) * found
     light = brightness_of(linear(scene.target, scene.encoded))
@@ -135,9 +137,9 @@ def _shrunk(variance: float, noise: float) -> float:
     return max(0.0, 1 - noise**2 / max(variance, 1e-12))
 
 
-def _blurred(face: LitFace, blur: float, iod: float) -> tuple[Plane, Plane]:
+def _blurred(face: LitFace, most: Plane | float, blur: float, iod: float) -> tuple[Plane, Plane]:
     """Return a face's e, blurred where there is skin and carried on from there, and where that is known."""
-    unexplained, weight = face.unexplained(face.lamps), face.weight
+    unexplained, weight = np.clip(face.unexplained(face.lamps), -most, most), face.weight
     near = gaussian_filter(weight, blur)
     fine = gaussian_filter(unexplained * weight, blur) / np.maximum(near, 1e-3)
     wide = gaussian_filter(unexplained * weight, _AROUND * iod) / np.maximum(
