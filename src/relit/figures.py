@@ -11,6 +11,7 @@ from PIL import Image, ImageDraw, ImageFont, ImageOps
 from relit.face.landmarks import Landmarks
 from relit.face.views import window_round
 from relit.photo.pixels import from_unit, to_unit
+from relit.photo.profile import encode_srgb
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,9 +32,9 @@ STAGES = {
     "reference_u": "u of the reference: the light",
     "reference_v": "v of the reference",
     "target_light": "light of the target",
-    "target_is_lit": "where it reaches",
     "person": "the person",
     "new_light": "the new light",
+    "light": "as lamps round the head",
     "known": "where it is known",
     "mask": "where it goes",
     "result": "result",
@@ -41,7 +42,7 @@ STAGES = {
 _ROWS = (
     ("target", "reference", "warped_reference", "warped_second_reference"),
     ("target_u", "target_v", "reference_u", "reference_v"),
-    ("target_light", "target_is_lit", "person", "new_light"),
+    ("target_light", "person", "new_light", "light"),
     ("known", "mask", "before", "after"),
     ("result",),
 )
@@ -67,13 +68,14 @@ def stage_pictures(result: TransferResult) -> dict[str, NDArray[Any]]:
     Returns
     -------
     dict
-        ``target`` and ``reference`` with their landmarks, what `view_pictures` returns, and ``result`` in the
-        target's dtype. Of several references, the first is shown.
+        ``target`` and ``reference`` with their landmarks, what `view_pictures` returns, ``light`` in latitude
+        and longitude if the method knows it, and ``result`` in the target's dtype. Of several references, the first is shown.
     """
     pictures = {"target": landmark_overlay(result.target, result.target_landmarks)}
     if result.reference is not None and result.reference_landmarks is not None:
         pictures["reference"] = landmark_overlay(result.reference, result.reference_landmarks)
-    return pictures | view_pictures(result) | {"result": result.image}
+    light = {} if result.light is None else {"light": from_unit(encode_srgb(result.light), np.uint8)}
+    return pictures | view_pictures(result) | light | {"result": result.image}
 
 
 def view_pictures(result: TransferResult) -> dict[str, NDArray[Any]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from relit.light.lamps import panorama
 from relit.photo.pixels import size_and_dtype
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ class Lighting:
         The new light of ``shading``, as lamps on a dome.
     confidence : float
         How far it can be trusted that this is the reference's light, 0 to 1: the share of the face on which
-        it is seen, times that of its brightness that lamps explain. 1 of methods that do not say.
+        it is seen, and less the more of its brightness lamps do not explain. 1 of methods that do not say.
     target_split, reference_split : Decomposition or None
         In the channels that were relit; None of methods that do not split.
     layers : mapping of str to (h, w) or (h, w, 3) float32 array
@@ -135,6 +136,16 @@ class TransferResult:
     def first(self) -> Lighting:
         """What the first reference, or the light by name, does."""
         return self.lightings[0]
+
+    @property
+    def light(self) -> NDArray[np.float32] | None:
+        """The new light of ``shading`` in latitude and longitude, (64, 128, 3), linear; as of `panorama`."""
+        return None if self.first.lamps is None else panorama(self.first.lamps)
+
+    @property
+    def confidence(self) -> float:
+        """How far the lights can be trusted: the least of the lightings' confidences, 0 to 1."""
+        return min(one.confidence for one in self.lightings)
 
     @property
     def reference(self) -> NDArray[Any] | None:

@@ -18,6 +18,8 @@ from relit.photo.pixels import check_pixels
 from relit.photo.reading import read_image
 from relit.photo.writing import write_image
 
+_UNSURE = 0.15  # confidence below which a light is a guess: of ten references, that of a fringe in the dark
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
@@ -117,6 +119,16 @@ def warn_of_folds(folded: float) -> None:
         click.echo(
             f"relit: warning: the alignment turns over on {folded:.1%} of the face or the frame; check the "
             "landmarks, or raise --smoothing",
+            err=True,
+        )
+
+
+def warn_of_confidence(confidence: float) -> None:
+    """Say so if the reference hardly tells its light."""
+    if confidence < _UNSURE:
+        click.echo(
+            f"relit: warning: the light of the reference is a guess (confidence {confidence:.2f}): little of its "
+            "face is seen, or lamps explain little of it; try a reference that looks as the target does",
             err=True,
         )
 

@@ -26,6 +26,7 @@ from relit.cli.terminal import (
     report,
     show_timings,
     solving,
+    warn_of_confidence,
     warn_of_folds,
 )
 from relit.errors import ImageError
@@ -142,6 +143,7 @@ def transfer(
     result = results[-1]
     folded = max((one.alignment.folded for one in result.lightings if one.alignment), default=0.0)
     warn_of_folds(folded)
+    warn_of_confidence(result.confidence)
     with progress("Writing"), watch("write"):
         pictures = _stage_files(result) if folder else {}
         write_image(output, result.image, like=photo, overwrite=force)
@@ -162,6 +164,7 @@ def transfer(
         lambda_px=result.lam,
         factor=result.view.factor,
         folded=folded,
+        confidence=result.confidence,
         smoothing=result.first.alignment.smoothing if result.first.alignment else None,
         seconds=watch.seconds,
         options=asdict(settings),

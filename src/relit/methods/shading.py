@@ -33,7 +33,7 @@ from relit.face.mirror import halves, twins
 from relit.face.shape import head_shape
 from relit.light.lamps import softened, studio_lamps, turned
 from relit.methods.light_change import LightChange
-from relit.methods.lit_face import LitFace, brightness_of, explain, linear
+from relit.methods.lit_face import LitFace, brightness_of, explain, linear, shown
 from relit.methods.unlit import stand_in
 from relit.photo.color import LUMA_WEIGHTS
 from relit.settings.studio_lights import studio_light
@@ -107,7 +107,7 @@ def relight(scene: Scene) -> LightChange:
         known=known,
         confidence=1.0 if reference is None else _confidence(reference, target),
         lamps=lamps,
-        layers={},
+        layers=_layers(light, linear(scene.target, scene.encoded), (old, old_hue), (new, new_hue), target),
     )
 
 
@@ -130,6 +130,27 @@ def _eyes_and_mouth(face: FaceRegions) -> Plane:
         if hulls.any():
             near |= distance_transform_edt(~hulls) < reach * iod
     return gaussian_filter(near.astype(np.float32), _LIDS / 2 * iod)
+
+
+def _layers(
+    brightness: Plane,
+    light: Plane,
+    old: tuple[Plane, Plane | None],
+    new: tuple[Plane, Plane | None],
+    face: LitFace,
+) -> dict[str, NDArray[np.float32]]:
+    """Return the two lights, and the person in a white one, as pictures: what is brightest on skin is white."""
+    inside = face.weight > 0.5 if np.any(face.weight > 0.5) else np.ones(brightness.shape, bool)
+
+    def picture(plane: Plane) -> NDArray[np.float32]:
+        brightest = plane[inside].max(axis=-1) if plane.ndim == 3 else plane[inside]
+        return shown(np.clip(plane / max(float(np.quantile(brightest, _BRIGHTEST)), 1e-9), 0, 1), face.encoded)
+
+    def lit(log: Plane, hue: Plane | None) -> Plane:
+        return np.exp(log) if hue is None else np.exp(log[..., None] + hue)
+
+    shade = np.exp(old[0]) if light.ndim == 2 else np.exp(old[0])[..., None]
+    return {"target_light": picture(lit(*old)), "person": picture(light / shade), "new_light": picture(lit(*new))}
 
 
 def _shrunk(variance: float, noise: float) -> float:
@@ -187,12 +208,10 @@ def _soft(head: NDArray[np.bool_], iod: float) -> Plane:
 
 
 def _confidence(reference: LitFace, target: LitFace) -> float:
-    """Return how far a light can be trusted: the share of the face that shows it, as well as lamps explain it."""
+    """Return how far a light can be trusted: the share of the face that shows it, less what lamps leave over."""
     seen = float(reference.weight.sum()) / max(float(target.weight.sum()), 1e-9)
     inside = reference.weight > 0.5
     if not inside.any():
         return 0.0
-    log = np.log(np.maximum(reference.brightness, 1e-4))[inside]
-    off = reference.unexplained(reference.lamps)[inside]
-    explained = 1 - float((off - off.mean()).var()) / max(float(log.var()), _RESIDUAL_NOISE**2)
-    return float(np.clip(min(seen, 1.0) * max(explained, 0.0), 0, 1))
+    off = float(reference.unexplained(reference.lamps)[inside].std())
+    return min(seen, 1.0) / (1 + (off / _RESIDUAL_NOISE) ** 2)
