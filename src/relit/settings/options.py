@@ -72,8 +72,9 @@ class TransferOptions:
         other methods take it by default.
     tint : {"keep", "take", "neutral"}, float or None
         Whether the skin keeps its hue, takes the reference's overall colour, or that share of it, 0 to 1;
-        ``neutral`` lets the light change brightness alone. By default ``shading`` keeps it and the others
-        take it. A grey target takes it all.
+        ``neutral`` lets the light change brightness alone. By default ``shading`` takes as much of it as is
+        more than two skins differ by, and the others take it all, as a grey target does. How the colours of
+        the light differ over the face goes over in any case but ``neutral``.
     region : str
         What is relit: ``face``, with the skin round it; or parts of the face joined by ``+``: ``left`` and
         ``right`` of the picture, ``forehead``, ``cheeks``, ``nose``, ``mouth``, ``eyes``, ``chin``.
@@ -182,8 +183,8 @@ class TransferOptions:
     tint: Tint = option(
         None,
         "'keep' the hue of the skin, 'take' the reference's overall colour, light and complexion alike, or a "
-        "share of it, 0 to 1; 'neutral' changes brightness alone. By default 'shading' keeps it, the others "
-        "take it.",
+        "share of it, 0 to 1; 'neutral' changes brightness alone. By default 'shading' takes what is more than "
+        "two skins differ by, the others take it.",
         flag="--tint",
         words=("keep", "take", "neutral"),
         at_least=0,
