@@ -50,8 +50,8 @@ if TYPE_CHECKING:
 # What each of these is worth: docs/leaderboard.md, The constants.
 _THEIRS_SHARED, _THEIRS_DIFFERING = 0.4, 0.4  # a, of what the halves of a face share, and of what not
 _OURS_SHARED, _OURS_DIFFERING = 0.4, 0.8  # b, alike
-_NOISE, _RESIDUAL_NOISE, _HUE_NOISE = 0.08, 0.3, 0.1  # τ of D, of a residual, of a hue; in log
-_COARSE = 0.1  # interocular distances that a change is blurred over beyond the face
+_NOISE, _RESIDUAL_NOISE, _HUE_NOISE = 0.08, 0.3, 0.15  # τ of D, of a residual, of a hue; in log
+_COARSE = 0.2  # interocular distances that a change is blurred over beyond the face
 _NEARLY_ALL = 0.98  # the share of a face that changes less than the most that ears and neck may
 _LIDS = 0.08  # interocular distances that lids reach beyond the eyes
 _RIM = 0.03  # interocular distances that trust in the shape turns soft over at the rim of a head
@@ -93,7 +93,7 @@ def relight(scene: Scene) -> LightChange:
     change = carried_on(_coarse_beyond(change, shape, face, iod), known, iod) + missing
     hue, cast = _hue(scene, new_hue, old_hue)
     if hue is not None:
-        hue = carried_on(hue, known, iod)
+        hue = carried_on(hue, known * np.clip(face.distance / (_COARSE * iod), 0, 1).astype(np.float32), iod)
     measured = target if reference is None else reference
     return LightChange(
         target=scene.target,
@@ -183,7 +183,8 @@ def _hue(
         return _colors_of(scene), none
     change = new - old
     cast = change[inside].mean(axis=0).astype(np.float64)
-    change = change - cast.astype(np.float32)
+    low, high = np.quantile(change[scene.face.skin_area], [1 - _NEARLY_ALL, _NEARLY_ALL], axis=0)
+    change = np.clip(change, low, high).astype(np.float32) - cast.astype(np.float32)
     variance = float((change[inside] ** 2).sum(axis=1).mean())
     return change * np.float32(_shrunk(variance, _HUE_NOISE)), cast
 
