@@ -1,4 +1,4 @@
-"""relit's own method: a light is lamps on a dome, and a new one changes a head by the ratio of what both make.
+"""relit's own method: light is lamps on a dome, and a new one changes a head by the ratio of what both make.
 
 With Y the linear brightness of a photo, a face is ``log Y = log s + e``: s the shading that its lamps make on
 its shape, e what they leave unexplained. The target's brightness changes by
@@ -62,11 +62,13 @@ _BRIGHTEST = 0.95  # the share of a face that is darker than what says how brigh
 def relight(scene: Scene) -> LightChange:
     """Return the change of light."""
     face, iod, options = scene.face, scene.face.interocular_distance, scene.options
+    assert scene.skin is not None
     shape = head_shape(face.landmarks, face.shape)
     target = explain(scene.target, shape, scene.skin, iod, encoded=scene.encoded)
     if scene.rendered:
         reference, lamps, most = None, studio_lamps(studio_light(options.light)), np.inf
     else:
+        assert scene.reference_skin is not None
         theirs = head_shape(face.landmarks, face.shape, of=scene.reference_landmarks)
         reference = explain(scene.reference, theirs, scene.reference_skin, iod, encoded=scene.encoded)
         lamps, most = reference.lamps, reference.most()
@@ -110,13 +112,14 @@ def relight(scene: Scene) -> LightChange:
 
 
 def _coarse_beyond(change: Plane, shape: FaceShape, face: FaceRegions, iod: float) -> Plane:
-    """Return a change that is coarser where a template is: at ears, neck and skull, which no landmarks hold."""
+    """Return a change that is coarser where a template is: at ears, neck, skull, which no landmarks hold."""
     head = shape.head.astype(np.float32)
-    wide = gaussian_filter(change * head, _COARSE * iod) / np.maximum(gaussian_filter(head, _COARSE * iod), 1e-3)
+    near = np.maximum(gaussian_filter(head, _COARSE * iod), 1e-3)
+    wide = gaussian_filter(change * head, _COARSE * iod) / near
     skin = change[face.skin_area]
     wide = np.clip(wide, *np.quantile(skin, [1 - _NEARLY_ALL, _NEARLY_ALL]))
     held = np.clip(face.distance / (_COARSE * iod), 0, 1).astype(np.float32)
-    return held * change + (1 - held) * wide
+    return np.asarray(held * change + (1 - held) * wide, np.float32)
 
 
 def _eyes_and_mouth(face: FaceRegions) -> Plane:
@@ -145,16 +148,15 @@ def _blurred(face: LitFace, blur: float, iod: float) -> tuple[Plane, Plane]:
     )
     share = np.minimum(4 * near, 1)
     carried = np.minimum(4 * gaussian_filter(weight, _AROUND * iod), 1)
-    return share * fine + (1 - share) * carried * wide, carried
+    return np.asarray(share * fine + (1 - share) * carried * wide, np.float32), carried
 
 
-def _hue(
-    scene: Scene, new: Plane | None, old: Plane | None
-) -> tuple[Plane | None, NDArray[np.float64]]:
+def _hue(scene: Scene, new: Plane | None, old: Plane | None) -> tuple[Plane | None, NDArray[np.float64]]:
     """Return by how much more than the brightness each colour changes, and the mean of that."""
     none = np.zeros(3)
     if new is None:
         return None, none
+    assert scene.skin is not None
     inside = scene.skin > 0.5 if np.any(scene.skin > 0.5) else scene.face.inside
     if old is None:  # a grey target takes on the reference's colours, light and skin alike
         return _colors_of(scene), none
@@ -169,7 +171,8 @@ def _colors_of(scene: Scene) -> Plane:
     """Return the reference's own colours, log over its brightness, as fine as the light may be."""
     blur = 0.5 / scene.lam_px
     light = gaussian_filter(linear(scene.reference, scene.encoded), (blur, blur, 0))
-    return np.asarray(np.log(np.maximum(light, 1e-4) / np.maximum(light @ LUMA_WEIGHTS, 1e-4)[..., None]), np.float32)
+    brightness = np.maximum(light @ LUMA_WEIGHTS, 1e-4)[..., None]
+    return np.asarray(np.log(np.maximum(light, 1e-4) / brightness), np.float32)
 
 
 def _brightest(face: LitFace, inside: NDArray[np.bool_]) -> float:
@@ -185,7 +188,7 @@ def _soft(head: NDArray[np.bool_], iod: float) -> Plane:
 
 
 def _confidence(reference: LitFace, target: LitFace) -> float:
-    """Return how far a light can be trusted: the share of the face that shows it, as well as lamps explain it."""
+    """Return how far a light can be trusted: the share of the face that shows it, times that explained."""
     seen = float(reference.weight.sum()) / max(float(target.weight.sum()), 1e-9)
     inside = reference.weight > 0.5
     if not inside.any():

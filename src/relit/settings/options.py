@@ -152,7 +152,8 @@ class TransferOptions:
     )
     turn: float = option(
         0.0,
-        "Method shading: degrees to carry the light round the head, to the right of the picture at its front.",
+        "Method shading: degrees to carry the light round the head, to the right of the picture at "
+        "its front.",
         flag="--turn",
         at_least=-180,
         at_most=180,
