@@ -33,7 +33,7 @@ from relit.face.mirror import halves, twins
 from relit.face.shape import head_shape
 from relit.light.lamps import softened, studio_lamps, turned
 from relit.methods.light_change import LightChange
-from relit.methods.lit_face import LitFace, brightness_of, explain, linear
+from relit.methods.lit_face import LitFace, brightness_of, explain, linear, shown
 from relit.methods.unlit import stand_in
 from relit.photo.color import LUMA_WEIGHTS
 from relit.settings.studio_lights import studio_light
@@ -107,8 +107,26 @@ def relight(scene: Scene) -> LightChange:
         known=known,
         confidence=1.0 if reference is None else _confidence(reference, target),
         lamps=lamps,
-        layers={},
+        layers=_layers(scene, (old, old_hue), (new, new_hue), reached),
     )
+
+
+def _layers(
+    scene: Scene, old: tuple[Plane, Plane | None], new: tuple[Plane, Plane | None], reached: Plane
+) -> dict[str, Plane]:
+    """Return both lights as they fall on the head, and the person, by whom the first makes the target."""
+    light, inside = linear(scene.target, scene.encoded), scene.face.interior
+    first, second = (np.exp(shade if hue is None else shade[..., None] + hue) for shade, hue in (old, new))
+    person = light / (first if first.ndim == light.ndim else np.exp(old[0]))
+    first *= np.median(person[inside], axis=0)
+    person /= np.median(person[inside], axis=0)
+    second *= np.quantile(first[inside], _BRIGHTEST) / np.quantile(second[inside], _BRIGHTEST)
+    return {
+        "target_light": shown(first, scene.encoded),
+        "target_is_lit": reached,
+        "person": shown(person, scene.encoded) / 2,
+        "new_light": shown(second, scene.encoded),
+    }
 
 
 def _coarse_beyond(change: Plane, shape: FaceShape, face: FaceRegions, iod: float) -> Plane:
