@@ -66,13 +66,16 @@ def relight(scene: Scene) -> LightChange:
     shape = head_shape(face.landmarks, face.shape)
     target = explain(scene.target, shape, scene.skin, iod, encoded=scene.encoded)
     if scene.rendered:
-        reference, lamps, most = None, studio_lamps(studio_light(options.light)), np.inf
+        light = studio_light(options.light)
+        # Of a light by name the lamp is turned, and not the little light from everywhere.
+        lamps = studio_lamps(light._replace(azimuth=light.azimuth + options.turn))
+        reference, most = None, np.inf
     else:
         assert scene.reference_skin is not None
         theirs = head_shape(face.landmarks, face.shape, of=scene.reference_landmarks)
         reference = explain(scene.reference, theirs, scene.reference_skin, iod, encoded=scene.encoded)
-        lamps, most = reference.lamps, reference.most()
-    lamps = softened(turned(lamps, options.turn), options.softness)
+        lamps, most = turned(reference.lamps, options.turn), reference.most()
+    lamps = softened(lamps, options.softness)
     (old, old_hue), (new, new_hue) = target.shading(target.lamps), target.shading(lamps, most)
 
     change = new - old
@@ -86,8 +89,8 @@ def relight(scene: Scene) -> LightChange:
             shared, differing = halves(*_blurred(reference, blur, iod), twin)
             found = _THEIRS_SHARED * shared + _THEIRS_DIFFERING * differing
             residual += (1 - options.softness) * found
-    light = brightness_of(linear(scene.target, scene.encoded))
-    missing, reached = stand_in(light, target, reference, face.features, twin, iod)
+    bright = brightness_of(linear(scene.target, scene.encoded))
+    missing, reached = stand_in(bright, target, reference, face.features, twin, iod)
     change += reached * variance / (variance + _RESIDUAL_NOISE**2) * residual
     known = _soft(shape.head, iod) * (1 - _eyes_and_mouth(face))
     change = carried_on(_coarse_beyond(change, shape, face, iod), known, iod) + missing
