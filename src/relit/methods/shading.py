@@ -127,7 +127,7 @@ def _layers(
     return {
         "target_light": shown(first, scene.encoded),
         "target_is_lit": reached,
-        "person": shown(person, scene.encoded) / 2,
+        "person": np.asarray(shown(person, scene.encoded) / 2, np.float32),
         "new_light": shown(second, scene.encoded),
     }
 
