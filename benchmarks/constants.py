@@ -43,17 +43,21 @@ from relit.runtime.memo import Keeper, Memo
 #: Modules in the order in which they work, and the trials in which their constants act.
 MODULES = {
     "face.shape": ("heads", "yale", "lamps"),
-    "light.lambertian": ("heads", "yale"),
+    "light.horizon": ("heads", "yale", "lamps"),
+    "light.dome": ("heads", "yale", "lamps"),
+    "light.lamps": ("lamps",),
     "light.rendering": ("lamps",),
-    "methods.explained_face": ("heads", "yale"),
-    "methods.light_and_person": ("heads", "yale"),
-    "methods.shading": ("heads", "yale"),
     "face.skin": ("heads", "matte"),
     "face.regions": ("heads", "matte"),
     "face.views": ("heads", "matte"),
-    "compose.trust": ("heads", "lamps"),
-    "compose.membrane": ("heads",),
-    "compose.matte": ("heads", "matte", "lamps"),
+    "face.trust": ("heads", "yale", "lamps"),
+    "methods.lit_face": ("heads", "yale", "lamps"),
+    "methods.unlit": ("heads", "yale", "lamps"),
+    "methods.light_change": ("heads", "yale", "lamps"),
+    "methods.shading": ("heads", "yale", "lamps"),
+    "solver.membrane": ("heads",),
+    "compose.matte": ("matte",),
+    "compose.person_matte": ("heads", "lamps"),
     "compose.adjust": ("kept",),
     "compose.blend": ("large",),
     "relighting": ("heads",),
@@ -62,7 +66,7 @@ SIDE = 256  # px, of heads: half of what they have, and a quarter of the time
 #: Lamps of the heads, as they stand.
 LAMPS = {"rembrandt": "45,45", "butterfly": "0,50", "split": "-80,5", "keyleft": "-40,25"}
 #: Shares whose distance to 1 is what is scaled.
-SHARES = ("_BRIGHTEST", "_ALL", "_WHITE", "_OTHERS")
+SHARES = ("_BRIGHTEST", "_NEARLY_ALL", "_ALL", "_WHITE", "_OTHERS")
 
 Figures = dict[str, float]
 Trial = Callable[[], Figures]

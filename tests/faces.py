@@ -12,3 +12,11 @@ def off_the_face(landmarks, shape, outline=None):
     off = distance_transform_edt(outside) > 0.9 * landmarks.interocular_distance + 2
     assert 0.05 < off.mean() < 0.9
     return off
+
+
+def untouched(result):
+    """Return where a transfer's mask leaves a photo as it is: behind the person, and far below."""
+    share = np.zeros(result.target.shape[:2])
+    share[result.window] = result.mask
+    assert 0.02 < (share == 0).mean() < 0.9
+    return share == 0

@@ -33,6 +33,7 @@ STAGES = {
     "reference_v": "v of the reference",
     "target_light": "light of the target",
     "person": "the person",
+    "target_is_lit": "where it reaches",
     "new_light": "the new light",
     "light": "as lamps round the head",
     "known": "where it is known",
@@ -42,8 +43,9 @@ STAGES = {
 _ROWS = (
     ("target", "reference", "warped_reference", "warped_second_reference"),
     ("target_u", "target_v", "reference_u", "reference_v"),
-    ("target_light", "person", "new_light", "light"),
-    ("known", "mask", "before", "after"),
+    ("target_light", "target_is_lit", "person", "new_light"),
+    ("light", "known", "mask"),
+    ("before", "after"),
     ("result",),
 )
 #: What of a transfer is light, and what person, to the eye.

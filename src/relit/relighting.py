@@ -17,7 +17,6 @@ import numpy as np
 from relit.compose.adjust import anchored, controlled
 from relit.compose.blend import blend
 from relit.compose.matte import sparing_whites
-from relit.solver.membrane import carried_on
 from relit.compose.person_matte import sparing_hair
 from relit.compose.share import share_of_change
 from relit.errors import OptionError
@@ -34,6 +33,7 @@ from relit.results import Lighting, TransferResult
 from relit.runtime.timing import Stopwatch
 from relit.settings.options import TransferOptions
 from relit.settings.studio_lights import studio_light
+from relit.solver.membrane import carried_on
 from relit.warp.alignment import Alignment, lay_over
 
 if TYPE_CHECKING:

@@ -49,7 +49,8 @@ class Lighting:
         In the channels that were relit; None of methods that do not split.
     layers : mapping of str to (h, w) or (h, w, 3) float32 array
         What the method made on the way, if it does not split: of ``shading``, the target's light as it was
-        fitted, where it is lit, the person (half the albedo, relative to the skin's), and the new light.
+        fitted, where it is lit, the person (half the albedo, relative to the skin's), and the new light, as
+        bright as the first.
     """
 
     warped: NDArray[Any]

@@ -20,7 +20,7 @@ from relit.batch.cache import DiskCache
 from relit.errors import FaceNotFoundError, ImageError, OptionError, OutputError
 from relit.face import detect
 from relit.ltv import decomposition as ltv
-from relit.methods import explained_face as explained
+from relit.methods import lit_face
 from relit.photo.reading import read_image
 from relit.photo.resampling import reduced
 from relit.photo.samples import sample
@@ -551,13 +551,14 @@ def test_pairs_cost_a_split_and_a_search_for_each_photo(tmp_path, faces):
 
 
 def test_what_is_said_of_a_target_is_said_once_for_all_its_references(tmp_path, faces, monkeypatch):
-    made, lit = [], explained._lit
-    monkeypatch.setattr(explained, "_lit", lambda *given: (made.append(given), lit(*given))[1])
+    made, colored = [], lit_face._colored
+    monkeypatch.setattr(lit_face, "_colored", lambda *given: (made.append(given), colored(*given))[1])
     target, *others = (read_image(faces / f"{k}.png") for k in (0, 1, 3, 4))
     found = []
     with DiskCache(tmp_path, LARGE).open():
         found += [transfer(target, reference).image for reference in others]
-    assert len(made) == 3  # planes
+    # Every photo is explained once.
+    assert len(made) == 1 + 3
     for image, reference in zip(found, others, strict=True):
         np.testing.assert_array_equal(image, transfer(target, reference).image)
-    assert len(made) == 3 + 3 * 3
+    assert len(made) == 1 + 3 + 3 * 2

@@ -149,6 +149,7 @@ class TestOneSourceOfOptions:
 
     def test_every_field_is_tried_above(self):
         tried = {"channels", "exposure", "lam", "smoothing", "tint", "strength", "shadows", "highlights"}
+        tried |= {"softness", "turn"}
         tried |= {"light", "region"}  # in TestControl
         for name, field in FIELDS.items():
             assert field.metadata["choices"] or isinstance(field.default, bool) or name in tried

@@ -16,7 +16,7 @@ from PIL import Image
 
 from relit import figures, relighting
 from relit.face import detect
-from relit.methods import explained_face
+from relit.methods import lit_face
 from relit.photo import atomic_files as files
 from tests.cli.photos import ROLES
 from tests.command import FACES, TRANSFER, listing, the_line
@@ -30,7 +30,7 @@ class TestInterruption:
         [
             (detect, "detect_landmarks"),
             (relighting, "lay_over"),
-            (explained_face, "fit_light"),
+            (lit_face, "fit_lamps"),
             (relighting, "blend"),
             (figures, "contact_sheet"),
         ],

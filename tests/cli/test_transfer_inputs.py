@@ -107,8 +107,9 @@ class TestFacesGiven:
         for face in ("--face 0", "--target-face 1"):
             light = "--reference-landmarks reference.csv"
             succeed(f"transfer both.png reference.png {light} {face} -o out.png --force")
-            x = np.nonzero((pixels_of("out.png") != both).any(axis=(0, 2)))[0]
-            sides.append("left" if x.max() < 77 else "right" if x.min() > 77 else "both")
+            x = np.nonzero((pixels_of("out.png") != both).any(axis=2))[1]
+            # The two touch, and a change of light goes a little beyond the person.
+            sides.append("left" if np.mean(x < 77) > 0.9 else "right" if np.mean(x > 77) > 0.9 else "both")
         assert sorted(sides) == ["left", "right"]
         default, largest, other = (
             json.loads(succeed(f"landmarks both.png --json {face}"))["image"]["interocular_distance"]
@@ -128,7 +129,7 @@ class TestStages:
     @pytest.mark.parametrize("flags", ["", "--no-mask"])
     def test_stages(self, place, plain, fail, succeed, flags):
         report = json.loads(succeed(f"{TRANSFER} -o out.png --stages steps --json {flags}"))
-        names = {*figures.stage_pictures(plain), "sheet"} - ({"known", "mask"} if flags else set())
+        names = {*figures.stage_pictures(plain), "sheet"} - ({"mask"} if flags else set())
         assert {path.name for path in (place / "steps").iterdir()} == {f"{name}.png" for name in names}
         assert sorted(report["stages"]) == sorted(f"steps/{name}.png" for name in names)
         np.testing.assert_array_equal(pixels_of("steps/result.png"), pixels_of("out.png"))

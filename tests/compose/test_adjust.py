@@ -26,17 +26,23 @@ def test_by_default_a_change_stays_as_the_method_made_it():
     np.testing.assert_allclose(under(grey, BASE[..., :1], np.ones(1, np.float32)), grey, atol=1e-6)
 
 
-def test_shading_keeps_the_hue_of_skin_in_light_and_shade():
+def test_another_method_keeps_the_hue_of_skin_in_light_and_shade():
     """A skin whose blue falls off more steeply, and a light that is red to the left for its own part."""
     y, x = np.mgrid[-1:1:40j, -1:1:50j]
     face = np.ones(x.shape, bool)
     steep, red = y[..., None] * [0.9, 1.0, 1.3], x[..., None] * [0.2, -0.1, 0]
     change, base = (steep + red).astype(np.float32), np.full((40, 50, 3), 0.5, np.float32)
-    kept = controlled(change, base, face, LUMA, TransferOptions())
-    np.testing.assert_allclose(kept - red, (steep @ LUMA)[..., None] * [1, 1, 1], atol=0.02)
-    np.testing.assert_allclose(
-        controlled(change, base, face, LUMA, TransferOptions(tint="take")), change, atol=1e-5
+    kept, taken = (
+        controlled(change, base, face, LUMA, TransferOptions(method="ltv", tint=tint))
+        for tint in ("keep", "take")
     )
+    np.testing.assert_allclose(kept - red, (steep @ LUMA)[..., None] * [1, 1, 1], atol=0.02)
+    np.testing.assert_allclose(taken, change, atol=1e-5)
+
+
+@pytest.mark.parametrize("tint", ["keep", "take", "neutral", 0.5, None])
+def test_shading_has_seen_to_its_colours(tint):
+    np.testing.assert_allclose(under(tint=tint), CHANGE, atol=1e-6)
 
 
 @given(st.floats(0, 4))
@@ -75,7 +81,7 @@ def test_shading_has_seen_to_its_exposure_and_gets_stops_alone():
 
 
 def test_a_neutral_tint_changes_brightness_alone():
-    neutral = under(tint="neutral")
+    neutral = under(method="ltv", tint="neutral")
     np.testing.assert_allclose(np.ptp(neutral, axis=2), 0, atol=1e-6)
     np.testing.assert_allclose(neutral[..., 0], CHANGE @ LUMA, atol=1e-5)
 

@@ -5,13 +5,13 @@ import pytest
 from scipy.ndimage import gaussian_filter, gaussian_gradient_magnitude
 
 from relit.compose.matte import REACH, eyes_and_teeth, matte
-from relit.compose.trust import known
 from relit.errors import LandmarkError
 from relit.face.detect import detect_landmarks
 from relit.face.landmark_files import read_landmarks
 from relit.face.landmarks import Landmarks
 from relit.face.outline import face_outline
 from relit.face.regions import FaceRegions
+from relit.face.trust import known
 from relit.face.views import whole
 from relit.photo.color import luma
 from relit.photo.pixels import to_unit

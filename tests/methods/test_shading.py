@@ -7,25 +7,47 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from relit.compose.adjust import anchored
+from relit.evaluate.face_scores import face_scores
+from relit.evaluate.heads import Heads
 from relit.face.regions import FaceRegions
 from relit.methods import shading
 from relit.methods.scene import Scene
+from relit.photo.color import luma
+from relit.photo.profile import decode_srgb, encode_srgb
+from relit.photo.reading import read_image
+from relit.photo.samples import sample
+from relit.relighting import transfer
 from relit.settings.options import TransferOptions
+
+
+def encoded(light):
+    return np.asarray(encode_srgb(light.astype(np.float32)))
+
+
+def light_of(planes):
+    return np.asarray(decode_srgb(np.asarray(planes, np.float32)))
 
 
 @pytest.fixture
 def rendered(ball):
-    """Return what takes two lights, and gives a scene of two persons and the truth."""
+    """Return what takes two lights, and gives a scene of two persons and the truth, in linear light."""
     landmarks, normals, face = ball
     random = np.random.default_rng(0)
     ours, theirs = (0.5 * np.exp(gaussian_filter(random.normal(0, 1, face.shape), 1.5)) for _ in range(2))
+    skin = face.astype(np.float32)
 
-    def render(own, light, mask=True):
-        shades = [np.maximum(normals @ np.array(b), 0) + 0.08 for b in (own, light)]
-        target, reference, truth = ours * shades[0], theirs * shades[1], ours * shades[1]
-        options = TransferOptions(mask=mask)
-        scene = Scene(target, reference, FaceRegions(landmarks, face.shape), landmarks, 0.2, options)
-        return scene, truth
+    def render(own, new, **options):
+        shades = [np.maximum(normals @ np.array(b), 0) + 0.05 for b in (own, new)]
+        return Scene(
+            encoded(ours * shades[0]),
+            encoded(theirs * shades[1]),
+            FaceRegions(landmarks, face.shape),
+            landmarks,
+            0.2,
+            TransferOptions(**options),
+            skin=skin,
+            reference_skin=skin,
+        ), ours * shades[1]
 
     return render
 
@@ -34,119 +56,162 @@ def relight(scene):
     return anchored(shading.relight(scene), scene.options)
 
 
-def error(image, truth, face):
-    """Mean absolute error over the face, after the best gain, over the mean."""
-    gain = (image * truth)[face].sum() / (image * image)[face].sum()
-    return np.abs(gain * image - truth)[face].mean() / truth[face].mean()
+def error(planes, truth, face):
+    """Mean absolute error of the light on the face, after the best gain, over the mean."""
+    light = light_of(planes)
+    gain = (light * truth)[face].sum() / (light * light)[face].sum()
+    return np.abs(gain * light - truth)[face].mean() / truth[face].mean()
 
 
 FRONT, LEFT, RIGHT = (0, 0, -0.8), (-0.6, 0, -0.4), (0.6, -0.2, -0.4)
 
 
 @pytest.mark.parametrize(("own", "light"), [(FRONT, LEFT), (LEFT, FRONT), (LEFT, RIGHT), (RIGHT, FRONT)])
-def test_a_face_is_relit_as_it_would_be_lit(rendered, ball, own, light):
+def test_a_face_is_relit_as_it_would_be_lit(rendered, own, light):
     scene, truth = rendered(own, light)
-    face = ball[2]
+    face = scene.face.interior
     relit = relight(scene).planes
-    assert error(relit, truth, face) < 0.75 * error(scene.reference, truth, face)
+    assert error(relit, truth, face) < 0.8 * error(scene.reference, truth, face)
     assert error(relit, truth, face) < 0.4 * error(scene.target, truth, face)
-    lit = face & (scene.target > 0.3 * scene.target.max()) & (truth > 0.3 * truth.max())
+    lit = face & (light_of(scene.target) > 0.1) & (truth > 0.1)
     assert error(relit, truth, lit) < 0.12
 
 
-def test_a_photo_in_its_own_light_stays(rendered, ball):
+def test_a_photo_in_its_own_light_stays(rendered):
     scene, _ = rendered(FRONT, LEFT)
-    face = ball[2]
+    face = scene.face.interior
     same = dataclasses.replace(scene, reference=scene.target)
-    np.testing.assert_allclose(relight(same).planes[face], scene.target[face], atol=1e-5)
+    np.testing.assert_allclose(relight(same).planes[face], scene.target[face], atol=0.02)
 
 
-def test_the_complexion_of_the_reference_does_not_matter(rendered, ball):
+def test_another_person_in_the_same_light_changes_little(rendered):
+    scene, truth = rendered(LEFT, LEFT)
+    face = scene.face.interior
+    assert error(relight(scene).planes, truth, face) < 0.05
+    assert error(scene.reference, truth, face) > 0.1
+
+
+def test_the_complexion_of_the_reference_does_not_matter(rendered):
     scene, _ = rendered(FRONT, LEFT)
-    face = ball[2]
-    pale = np.dstack([scene.reference * share for share in (1, 0.9, 0.8)])
-    dark = np.dstack([scene.reference * share for share in (0.5, 0.35, 0.25)])
-    target = np.dstack([scene.target * share for share in (0.9, 0.6, 0.5)])
+    face = scene.face.interior
+    light, own = light_of(scene.reference), light_of(scene.target)
+    pale, dark, target = (
+        encoded(one[..., None] * np.array(skin))
+        for one, skin in ((light, (1, 0.9, 0.8)), (light, (0.4, 0.3, 0.23)), (own, (0.9, 0.6, 0.5)))
+    )
     results = [
         relight(dataclasses.replace(scene, target=target, reference=reference)).planes[face]
         for reference in (pale, dark)
     ]
-    np.testing.assert_allclose(*results, atol=0.02)
-    hue = [image / image.sum(axis=-1, keepdims=True) for image in (results[0], target[face])]
-    np.testing.assert_allclose(hue[0].mean(axis=0), hue[1].mean(axis=0), atol=0.01)
+    np.testing.assert_allclose(*results, atol=0.03)
+    hue = [light / light.sum(axis=-1, keepdims=True) for light in map(light_of, (results[0], target[face]))]
+    np.testing.assert_allclose(*hue, atol=0.02)
 
 
-def test_exposure_is_kept_taken_or_half_of_both(rendered, ball):
+def test_a_lamps_colour_comes_along_and_a_skins_does_not(rendered, ball):
+    """A blue lamp on the right of the reference: it falls on the target there, whose own red stays."""
+    normals = ball[1]
     scene, _ = rendered(FRONT, FRONT)
-    face = ball[2]
-    weak = dataclasses.replace(scene, reference=scene.reference / 3)
+    inner = scene.face.interior
+    shades = [np.maximum(normals @ np.array(one), 0)[..., None] for one in (LEFT, (0.6, 0, -0.4))]
+    both = shades[0] * [0.8, 0.8, 0.8] + shades[1] * [0.3, 0.5, 0.9] + 0.03
+    target = light_of(scene.target)[..., None] * [0.9, 0.55, 0.4]
+    relit = relight(
+        dataclasses.replace(
+            scene, target=encoded(target), reference=encoded(both * [0.7, 0.6, 0.5]), encoded=True
+        )
+    ).planes
+    hue = np.log(light_of(relit) / target)
+    blue = (hue[..., 2] - hue[..., 0])[inner]
+    true = np.log(both[..., 2] / both[..., 0])[inner]
+    assert np.corrcoef(blue, true)[0, 1] > 0.9
+    assert np.polyfit(true, blue, 1)[0] == pytest.approx(0.9, abs=0.2)
+
+
+def test_exposure_is_kept_taken_or_half_of_both(rendered):
+    scene, _ = rendered(FRONT, FRONT)
+    face = scene.face.interior
+    weak = dataclasses.replace(scene, reference=encoded(light_of(scene.reference) / 3))
 
     def brightness(**options):
         scene = dataclasses.replace(weak, options=TransferOptions(**options))
-        return np.median(relight(scene).planes[face])
+        return np.median(light_of(relight(scene).planes)[face])
 
     none, half, whole = brightness(exposure="keep"), brightness(mask=False), brightness(exposure="take")
-    # Of two persons' albedo, the means differ a little.
+    # Of two persons' albedo, the brightest differ a little.
     assert whole / none == pytest.approx(1 / 3, rel=0.15)
     assert half**2 == pytest.approx(none * whole, rel=0.05)
     assert brightness() == none
     assert brightness(exposure=2) == none  # stops are added to whatever the method
 
 
-def test_tint_is_the_share_of_the_references_colour(rendered, ball):
+def test_tint_is_the_share_of_the_references_colour(rendered):
     scene, _ = rendered(FRONT, LEFT)
-    face = ball[2]
+    face = scene.face.interior
     orange = dataclasses.replace(
         scene,
         target=np.dstack([scene.target] * 3),
-        reference=np.dstack([scene.reference * share for share in (1, 0.7, 0.4)]),
+        reference=encoded(light_of(scene.reference)[..., None] * [1, 0.7, 0.4]),
     )
 
     def red_over_blue(tint):
-        planes = relight(dataclasses.replace(orange, options=TransferOptions(tint=tint))).planes[face]
-        return np.median(planes[:, 0] / planes[:, 2])
+        given = dataclasses.replace(orange, options=TransferOptions(tint=tint))
+        light = light_of(relight(given).planes)[face]
+        return np.median(light[:, 0] / light[:, 2])
 
     assert red_over_blue(0.0) == pytest.approx(1, abs=0.02)
     assert red_over_blue(1.0) == pytest.approx(2.5, rel=0.05)
     assert red_over_blue(0.5) == pytest.approx(np.sqrt(2.5), rel=0.05)
+    assert red_over_blue("neutral") == pytest.approx(1, abs=1e-4)
 
 
-def test_a_grey_target_takes_the_colours(rendered, ball):
+def test_a_grey_target_takes_the_colours(rendered):
     scene, _ = rendered(FRONT, LEFT)
-    face = ball[2]
-    colors = np.dstack([scene.reference * share for share in (1, 0.7, 0.5)])
-
-    def red_over_blue(exposure):
+    face = scene.face.interior
+    colors = encoded(light_of(scene.reference)[..., None] * [1, 0.7, 0.5])
+    for exposure in ("keep", "take"):
         given = dataclasses.replace(scene, reference=colors, options=TransferOptions(exposure=exposure))
-        planes = relight(given).planes[face]
-        return np.median(planes[:, 0] / planes[:, 2])
-
-    assert red_over_blue("take") == pytest.approx(2, rel=0.1)
-    # Made brighter than the reference, it is less vivid.
-    assert 1.2 < red_over_blue("keep") < red_over_blue("take")
+        light = light_of(relight(given).planes)[face]
+        assert np.median(light[:, 0] / light[:, 2]) == pytest.approx(2, rel=0.1)
 
 
-def test_what_is_in_the_dark_is_made_up_from_the_rest(rendered, ball):
+def test_what_is_in_the_dark_is_made_up_from_the_rest(rendered):
     """A cast shadow on the target has no person in it."""
-    scene, truth = rendered(FRONT, RIGHT)
-    face = ball[2]
+    scene, truth = rendered(RIGHT, FRONT)
+    face = scene.face.interior
     shadowed = scene.target.copy()
-    shadowed[35:75, 55:80] = 0.004
+    shadowed[38:72, 25:50] = 0.004
     relit = relight(dataclasses.replace(scene, target=shadowed))
     hole = np.zeros_like(face)
-    hole[42:68, 60:75] = True
+    hole[44:66, 30:45] = True
     hole &= face
+    right = face & (np.indices(face.shape)[1] > 60)
     assert relit.layers["target_is_lit"][hole].max() < 0.1
-    assert relit.layers["target_is_lit"][face & ~hole].mean() > 0.7
-    gain = np.median((truth / relit.planes)[face & (shadowed > 0.1)])
-    assert np.abs(gain * relit.planes - truth)[hole].mean() < 0.45 * truth[hole].mean()
+    assert relit.layers["target_is_lit"][right].mean() > 0.7
+    light = light_of(relit.planes)
+    gain = np.median((truth / light)[right])
+    assert np.abs(gain * light - truth)[hole].mean() < 0.6 * truth[hole].mean()
 
 
-def test_layers_make_up_the_result(rendered):
-    scene, _ = rendered(LEFT, FRONT)
-    result = relight(scene)
-    whole = 2 * result.layers["person"] * result.layers["new_light"]
-    np.testing.assert_allclose(result.planes, whole, rtol=1e-5)
+def test_the_targets_light_and_the_person_make_up_the_target(rendered):
+    for coloured in (False, True):
+        scene, _ = rendered(LEFT, FRONT)
+        if coloured:
+            target = encoded(light_of(scene.target)[..., None] * [0.9, 0.6, 0.5])
+            scene = dataclasses.replace(scene, target=target, reference=np.dstack([scene.reference] * 3))
+        layers = relight(scene).layers
+        made = light_of(layers["target_light"]) * light_of(2 * layers["person"])
+        inside = scene.face.interior
+        np.testing.assert_allclose(
+            made[inside], light_of(np.maximum(scene.target, 0.5 / 255))[inside], rtol=1e-3
+        )
+        assert np.median(2 * layers["person"][inside]) == pytest.approx(1, abs=0.01)
+        # The first falls from the left, the second from the camera.
+        left, middle, right = (50, 25), (50, 50), (50, 75)
+        first, second = layers["target_light"], layers["new_light"]
+        assert np.all(first[left] > first[middle])
+        assert np.all(first[middle] > first[right])
+        assert np.all(second[middle] > np.maximum(second[left], second[right]))
 
 
 def test_black_photos_are_relit(rendered):
@@ -154,3 +219,90 @@ def test_black_photos_are_relit(rendered):
     for role in ("target", "reference"):
         black = dataclasses.replace(scene, **{role: np.zeros_like(scene.target)})
         assert np.isfinite(relight(black).planes).all()
+
+
+@pytest.mark.parametrize("azimuth", [-60, -30, 30, 60])
+def test_a_lamp_by_its_place_lights_its_side(rendered, azimuth):
+    scene, _ = rendered(FRONT, FRONT, light=f"{azimuth},0")
+    scene = dataclasses.replace(scene, rendered=True, reference_skin=None)
+    made = shading.relight(scene)
+    inside = scene.face.interior
+    there = np.array([np.sin(np.radians(azimuth)), 0, -np.cos(np.radians(azimuth))])
+    normals = np.dstack([(np.indices(inside.shape)[1] - 50) / 40] * 3)[..., 0]
+    y = (np.indices(inside.shape)[0] - 50) / 40
+    z = -np.sqrt(np.maximum(1 - normals**2 - y**2, 0))
+    true = np.log(0.8 * np.maximum(normals * there[0] + z * there[2], 0) + 0.2) - np.log(-0.8 * z + 0.05)
+    assert np.corrcoef(made.brightness[inside], true[inside])[0, 1] > 0.9
+
+
+class TestPhotos:
+    @pytest.fixture(params=["target", "reference"])
+    def photo(self, request):
+        return read_image(sample(request.param)).pixels
+
+    @staticmethod
+    def halves(photo, **options):
+        """Return the mean change of the left half of the face, and of the right, in log, and their spread."""
+        result = transfer(photo, **options)
+        view = result.view
+        face = view.regions.skin_area
+        change = np.log((luma(result.relit) + 0.01) / (luma(view.pixels / 255) + 0.01))
+        middle = view.landmarks.xy[:, 0].mean()
+        left = np.indices(face.shape)[1] < middle
+        return change[face & left].mean(), change[face & ~left].mean(), change[face].std()
+
+    def test_a_lamp_lights_its_side(self, photo):
+        left, right, _ = self.halves(photo, light="-60,10")
+        assert left > right + 0.1
+        left, right, _ = self.halves(photo, light="60,10")
+        assert right > left + 0.1
+
+    def test_turned_to_the_other_side_it_lights_that(self, photo):
+        there = transfer(photo, light="60,10")
+        turned = transfer(photo, light="-60,10", turn=120)
+        assert np.abs(there.image.astype(int) - turned.image).mean() < 0.5
+
+    def test_the_softer_the_flatter(self, photo):
+        spread = [self.halves(photo, light="-75,5", softness=softness)[2] for softness in (0, 0.5, 1)]
+        assert spread[0] > spread[1] > spread[2]
+
+    def test_its_own_light_changes_little(self, photo):
+        result = transfer(photo, photo)
+        face = np.zeros(photo.shape[:2], bool)
+        face[result.window] = result.mask > 0.9
+        off = np.abs(result.image.astype(int) - photo)[face]
+        assert off.mean() < 2
+        assert result.first.confidence > 0.3
+
+
+#: Of four rows each: error of luma in %, SSIM, and ΔE2000, a tenth worse than measured.
+LIMITS = {"similar": (3.8, 0.855, 3.7), "same": (0.9, 0.99, 4.15)}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("chosen", LIMITS)
+def test_rendered_heads_come_near_the_truth(heads, chosen):
+    from relit.evaluate.cases import head_cases
+
+    folder, found, unchanged = Heads(heads), [], []
+    for case in head_cases(heads / "protocol.csv", chosen)[::12]:
+        (person, light), (other, new) = case.target, case.reference
+        white = folder.white(person, new) or new
+        target, truth = folder.photo(person, light), folder.photo(person, white).astype(float)
+        relit = transfer(
+            target,
+            folder.photo(other, new),
+            target_landmarks=folder.landmarks(person, light),
+            reference_landmarks=folder.landmarks(other, new),
+        ).image
+        where = folder.mask(person, "face"), folder.mask(person, "background")
+        for image, scores in ((relit, found), (target, unchanged)):
+            one = face_scores(image.astype(float), truth, target, *where)
+            scores.append((one.lum, one.ssim, one.de))
+    lum, ssim, de = np.mean(found, axis=0)
+    most_lum, least_ssim, most_de = LIMITS[chosen]
+    assert lum < most_lum
+    assert ssim > least_ssim
+    assert de < most_de
+    if chosen == "similar":
+        assert lum < 0.75 * np.mean(unchanged, axis=0)[0]

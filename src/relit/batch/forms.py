@@ -13,8 +13,8 @@ from relit.compose.matte import eyes_and_teeth, matte
 from relit.face.detect import faces_in
 from relit.face.landmarks import Landmarks
 from relit.face.shape import face_shape, head_shape
-from relit.ltv.decomposition import Decomposition, decompose
 from relit.light.dome import surface_of
+from relit.ltv.decomposition import Decomposition, decompose
 from relit.methods.lit_face import explain
 
 if TYPE_CHECKING:

@@ -31,7 +31,7 @@ STOP = float(np.log(2) / GAMMA)
 
 
 def anchored(made: Relit | LightChange, options: TransferOptions) -> Relit:
-    """Return relit planes as bright, and of the hue, that the options want, as far as a method tells these."""
+    """Return relit planes as bright, and of the hue, that the options want, as far as a method tells."""
     if isinstance(made, Relit):
         return made
     if options.tint == "neutral":

@@ -77,7 +77,7 @@ def known(
 
 @remembered
 def skin_shown(view: View) -> NDArray[np.float32]:
-    """Return where a face shows skin, whatever light falls on it: not in its features, nor where hair hides it.
+    """Return where a face shows skin, whatever light falls on it: not in features, nor where hair hides it.
 
     Parameters
     ----------
@@ -90,7 +90,8 @@ def skin_shown(view: View) -> NDArray[np.float32]:
     """
     face = view.regions
     shown = face.inside * np.maximum(face.below_brows, view.skin.likeness(view.smooth))
-    features = grey_dilation(face.features.astype(np.float32), size=_square(_NEAR * face.interocular_distance))
+    near = _square(_NEAR * face.interocular_distance)
+    features = grey_dilation(face.features.astype(np.float32), size=near)
     return np.asarray(shown * (1 - features), np.float32)
 
 

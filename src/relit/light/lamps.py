@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 # What each of these is worth: docs/leaderboard.md, The constants.
 _RING = 8  # rays towards the rim of a lamp, and as many halfway there
 _SPREAD = 60.0  # degrees that a lamp is spread over, as a standard deviation, by a softness of 1
+_SHARPEST = 0.1  # degrees that a lamp is spread over at least
 _GLOW = 14.0  # the same in the picture of a light: half of how far apart the dome's lamps are
 
 
@@ -45,7 +46,7 @@ def turned(lamps: Lamps, degrees: float) -> Lamps:
     Examples
     --------
     >>> lamps = Lamps(np.array([[0.0, 0.0, -1.0]]), np.ones(1))
-    >>> turned(lamps, 90).directions.round(6).tolist()
+    >>> (turned(lamps, 90).directions.round(6) + 0.0).tolist()
     [[1.0, 0.0, 0.0]]
     """
     if degrees == 0:
@@ -73,7 +74,9 @@ def softened(lamps: Lamps, softness: float) -> Lamps:
     """
     if softness == 0:
         return lamps
-    spread = _lobes(DOME, lamps.directions, softness * _SPREAD)
+    near = DOME @ lamps.directions.T
+    # Of the nearest of the dome, which some lamps stand far from, there is always some.
+    spread = np.exp((near - near.max(axis=0)) / np.radians(max(softness * _SPREAD, _SHARPEST)) ** 2)
     spread /= spread.sum(axis=0)
     colors = None if lamps.colors is None else spread @ lamps.colors
     return Lamps(DOME, spread @ lamps.weights, colors)

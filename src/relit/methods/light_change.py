@@ -84,7 +84,9 @@ class LightChange:
             made = made * np.exp(self.hue + (cast * self.cast).astype(np.float32))
         # A colour takes away from white light, as a filter does: the brightest channel is what is kept.
         ours, new = (float(np.quantile(one[self.face].max(axis=1), _BRIGHTEST)) for one in (light, made))
-        anchor = np.log(ours / max(new, 1e-9)) + exposure * np.log(max(self.theirs, 1e-4) / max(self.ours, 1e-4))
+        taken = exposure * np.log(max(self.theirs, 1e-4) / max(self.ours, 1e-4))
+        anchor = np.log(ours / max(new, 1e-9)) + taken
         made = made * np.float32(np.exp(anchor))
         relit = shown(made, self.encoded)
-        return Relit(np.asarray(relit[..., 0] if relit.shape[2] == 1 else relit, np.float32), layers=self.layers)
+        planes = relit[..., 0] if relit.shape[2] == 1 else relit
+        return Relit(np.asarray(planes, np.float32), layers=self.layers)

@@ -62,7 +62,7 @@ class LitFace:
     def shading(self, lamps: Lamps, most: float = np.inf) -> tuple[Plane, Plane | None]:
         """Return what lamps make of this face's shape: log brightness, and log hue if they have colours.
 
-        Where they leave it darker than 2 % of its brightest, that is what counts: less is no base for a ratio.
+        Where they leave it darker than 2 % of its brightest, that counts: less is no base for a ratio.
         Nowhere is it brighter than `most`.
         """
         made = self.surface.lit(lamps)
@@ -86,7 +86,8 @@ class LitFace:
         """Return e, as far as it may be skin; its median over the skin is 0."""
         off = np.log(np.maximum(self.brightness, _DARKEST)) - self.shading(lamps)[0]
         inside = self.weight > 0.5
-        return np.clip(off - (np.median(off[inside]) if inside.any() else 0), -_MOST, _MOST)
+        middle = np.median(off[inside]) if inside.any() else 0
+        return np.asarray(np.clip(off - middle, -_MOST, _MOST), np.float32)
 
 
 def linear(planes: NDArray[Any], encoded: bool) -> Plane:

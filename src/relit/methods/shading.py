@@ -1,4 +1,4 @@
-"""relit's own method: a light is lamps on a dome, and a new one changes a head by the ratio of what both make.
+"""relit's own method: light is lamps on a dome, and a new one changes a head by the ratio of what both make.
 
 With Y the linear brightness of a photo, a face is ``log Y = log s + e``: s the shading that its lamps make on
 its shape, e what they leave unexplained. The target's brightness changes by
@@ -63,15 +63,20 @@ _BRIGHTEST = 0.95  # the share of a face that is darker than what says how brigh
 def relight(scene: Scene) -> LightChange:
     """Return the change of light."""
     face, iod, options = scene.face, scene.face.interocular_distance, scene.options
+    assert scene.skin is not None
     shape = head_shape(face.landmarks, face.shape)
     target = explain(scene.target, shape, scene.skin, iod, encoded=scene.encoded)
     if scene.rendered:
-        reference, lamps, most = None, studio_lamps(studio_light(options.light)), np.inf
+        light = studio_light(options.light)
+        # Of a light by name the lamp is turned, and not the little light from everywhere.
+        lamps = studio_lamps(light._replace(azimuth=light.azimuth + options.turn))
+        reference, most = None, np.inf
     else:
+        assert scene.reference_skin is not None
         theirs = head_shape(face.landmarks, face.shape, of=scene.reference_landmarks)
         reference = explain(scene.reference, theirs, scene.reference_skin, iod, encoded=scene.encoded)
-        lamps, most = reference.lamps, reference.most()
-    lamps = softened(turned(lamps, options.turn), options.softness)
+        lamps, most = turned(reference.lamps, options.turn), reference.most()
+    lamps = softened(lamps, options.softness)
     (old, old_hue), (new, new_hue) = target.shading(target.lamps), target.shading(lamps, most)
 
     change = new - old
@@ -86,8 +91,8 @@ def relight(scene: Scene) -> LightChange:
             shared, differing = halves(*_blurred(reference, no_hair, blur, iod), twin)
             found = _THEIRS_SHARED * shared + _THEIRS_DIFFERING * differing
             residual += (1 - options.softness) * found
-    light = brightness_of(linear(scene.target, scene.encoded))
-    missing, reached = stand_in(light, target, reference, face.features, twin, iod)
+    bright = brightness_of(linear(scene.target, scene.encoded))
+    missing, reached = stand_in(bright, target, reference, face.features, twin, iod)
     change += reached * variance / (variance + _RESIDUAL_NOISE**2) * residual
     known = _soft(shape.head, iod) * (1 - _eyes_and_mouth(face))
     change = carried_on(_coarse_beyond(change, shape, face, iod), known, iod) + missing
@@ -107,18 +112,37 @@ def relight(scene: Scene) -> LightChange:
         known=known,
         confidence=1.0 if reference is None else _confidence(reference, target),
         lamps=lamps,
-        layers=_layers(light, linear(scene.target, scene.encoded), (old, old_hue), (new, new_hue), target),
+        layers=_layers(scene, (old, old_hue), (new, new_hue), reached),
     )
 
 
+def _layers(
+    scene: Scene, old: tuple[Plane, Plane | None], new: tuple[Plane, Plane | None], reached: Plane
+) -> dict[str, Plane]:
+    """Return both lights as they fall on the head, and the person, by whom the first makes the target."""
+    light, inside = linear(scene.target, scene.encoded), scene.face.interior
+    first, second = (np.exp(shade if hue is None else shade[..., None] + hue) for shade, hue in (old, new))
+    person = light / (first if first.ndim == light.ndim else np.exp(old[0]))
+    first *= np.median(person[inside], axis=0)
+    person /= np.median(person[inside], axis=0)
+    second *= np.quantile(first[inside], _BRIGHTEST) / np.quantile(second[inside], _BRIGHTEST)
+    return {
+        "target_light": shown(first, scene.encoded),
+        "target_is_lit": reached,
+        "person": np.asarray(shown(person, scene.encoded) / 2, np.float32),
+        "new_light": shown(second, scene.encoded),
+    }
+
+
 def _coarse_beyond(change: Plane, shape: FaceShape, face: FaceRegions, iod: float) -> Plane:
-    """Return a change that is coarser where a template is: at ears, neck and skull, which no landmarks hold."""
+    """Return a change that is coarser where a template is: at ears, neck, skull, which no landmarks hold."""
     head = shape.head.astype(np.float32)
-    wide = gaussian_filter(change * head, _COARSE * iod) / np.maximum(gaussian_filter(head, _COARSE * iod), 1e-3)
+    near = np.maximum(gaussian_filter(head, _COARSE * iod), 1e-3)
+    wide = gaussian_filter(change * head, _COARSE * iod) / near
     skin = change[face.skin_area]
     wide = np.clip(wide, *np.quantile(skin, [1 - _NEARLY_ALL, _NEARLY_ALL]))
     held = np.clip(face.distance / (_COARSE * iod), 0, 1).astype(np.float32)
-    return held * change + (1 - held) * wide
+    return np.asarray(held * change + (1 - held) * wide, np.float32)
 
 
 def _eyes_and_mouth(face: FaceRegions) -> Plane:
@@ -130,27 +154,6 @@ def _eyes_and_mouth(face: FaceRegions) -> Plane:
         if hulls.any():
             near |= distance_transform_edt(~hulls) < reach * iod
     return gaussian_filter(near.astype(np.float32), _LIDS / 2 * iod)
-
-
-def _layers(
-    brightness: Plane,
-    light: Plane,
-    old: tuple[Plane, Plane | None],
-    new: tuple[Plane, Plane | None],
-    face: LitFace,
-) -> dict[str, NDArray[np.float32]]:
-    """Return the two lights, and the person in a white one, as pictures: what is brightest on skin is white."""
-    inside = face.weight > 0.5 if np.any(face.weight > 0.5) else np.ones(brightness.shape, bool)
-
-    def picture(plane: Plane) -> NDArray[np.float32]:
-        brightest = plane[inside].max(axis=-1) if plane.ndim == 3 else plane[inside]
-        return shown(np.clip(plane / max(float(np.quantile(brightest, _BRIGHTEST)), 1e-9), 0, 1), face.encoded)
-
-    def lit(log: Plane, hue: Plane | None) -> Plane:
-        return np.exp(log) if hue is None else np.exp(log[..., None] + hue)
-
-    shade = np.exp(old[0]) if light.ndim == 2 else np.exp(old[0])[..., None]
-    return {"target_light": picture(lit(*old)), "person": picture(light / shade), "new_light": picture(lit(*new))}
 
 
 def _shrunk(variance: float, noise: float) -> float:
@@ -168,16 +171,15 @@ def _blurred(face: LitFace, most: Plane | float, blur: float, iod: float) -> tup
     )
     share = np.minimum(4 * near, 1)
     carried = np.minimum(4 * gaussian_filter(weight, _AROUND * iod), 1)
-    return share * fine + (1 - share) * carried * wide, carried
+    return np.asarray(share * fine + (1 - share) * carried * wide, np.float32), carried
 
 
-def _hue(
-    scene: Scene, new: Plane | None, old: Plane | None
-) -> tuple[Plane | None, NDArray[np.float64]]:
+def _hue(scene: Scene, new: Plane | None, old: Plane | None) -> tuple[Plane | None, NDArray[np.float64]]:
     """Return by how much more than the brightness each colour changes, and the mean of that."""
     none = np.zeros(3)
     if new is None:
         return None, none
+    assert scene.skin is not None
     inside = scene.skin > 0.5 if np.any(scene.skin > 0.5) else scene.face.inside
     if old is None:  # a grey target takes on the reference's colours, light and skin alike
         return _colors_of(scene), none
@@ -193,7 +195,8 @@ def _colors_of(scene: Scene) -> Plane:
     """Return the reference's own colours, log over its brightness, as fine as the light may be."""
     blur = 0.5 / scene.lam_px
     light = gaussian_filter(linear(scene.reference, scene.encoded), (blur, blur, 0))
-    return np.asarray(np.log(np.maximum(light, 1e-4) / np.maximum(light @ LUMA_WEIGHTS, 1e-4)[..., None]), np.float32)
+    brightness = np.maximum(light @ LUMA_WEIGHTS, 1e-4)[..., None]
+    return np.asarray(np.log(np.maximum(light, 1e-4) / brightness), np.float32)
 
 
 def _brightest(face: LitFace, inside: NDArray[np.bool_]) -> float:
@@ -209,7 +212,7 @@ def _soft(head: NDArray[np.bool_], iod: float) -> Plane:
 
 
 def _confidence(reference: LitFace, target: LitFace) -> float:
-    """Return how far a light can be trusted: the share of the face that shows it, less what lamps leave over."""
+    """Return how far a light can be trusted: the share of the face that shows it, less what is left over."""
     seen = float(reference.weight.sum()) / max(float(target.weight.sum()), 1e-9)
     inside = reference.weight > 0.5
     if not inside.any():

@@ -53,7 +53,7 @@ def stand_in(
     twin: NDArray[np.float64] | None,
     iod: float,
 ) -> tuple[Plane, Plane]:
-    """Return what to add to log I of a target, so that it shows the person where no light does, and where it is lit.
+    """Return what to add to log I of a target, to show the person where no light does, and where it is lit.
 
     Parameters
     ----------

@@ -153,7 +153,8 @@ class TransferOptions:
     )
     turn: float = option(
         0.0,
-        "Method shading: degrees to carry the light round the head, to the right of the picture at its front.",
+        "Method shading: degrees to carry the light round the head, to the right of the picture at "
+        "its front.",
         flag="--turn",
         at_least=-180,
         at_most=180,
@@ -183,8 +184,8 @@ class TransferOptions:
     tint: Tint = option(
         None,
         "'keep' the hue of the skin, 'take' the reference's overall colour, light and complexion alike, or a "
-        "share of it, 0 to 1; 'neutral' changes brightness alone. By default 'shading' takes what is more than "
-        "two skins differ by, the others take it.",
+        "share of it, 0 to 1; 'neutral' changes brightness alone. By default 'shading' takes what is more "
+        "than two skins differ by, the others take it.",
         flag="--tint",
         words=("keep", "take", "neutral"),
         at_least=0,
