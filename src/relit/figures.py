@@ -71,7 +71,8 @@ def stage_pictures(result: TransferResult) -> dict[str, NDArray[Any]]:
     -------
     dict
         ``target`` and ``reference`` with their landmarks, what `view_pictures` returns, ``light`` in latitude
-        and longitude if the method knows it, and ``result`` in the target's dtype. Of several references, the first is shown.
+        and longitude if the method knows it, and ``result`` in the target's dtype. Of several references, the
+        first is shown.
     """
     pictures = {"target": landmark_overlay(result.target, result.target_landmarks)}
     if result.reference is not None and result.reference_landmarks is not None:

@@ -127,8 +127,8 @@ def warn_of_confidence(confidence: float) -> None:
     """Say so if the reference hardly tells its light."""
     if confidence < _UNSURE:
         click.echo(
-            f"relit: warning: the light of the reference is a guess (confidence {confidence:.2f}): little of its "
-            "face is seen, or lamps explain little of it; try a reference that looks as the target does",
+            f"relit: warning: the light of the reference is a guess (confidence {confidence:.2f}): little of "
+            "its face is seen, or lamps explain little of it; try a reference that looks as the target does",
             err=True,
         )
 

@@ -54,11 +54,6 @@ class TransferOptions:
         A light that needs no reference: ``rembrandt``, ``butterfly``, ``split``, ``loop``, ``rim``, ``flat``,
         or the lamp's place in degrees to the right of the picture and upwards, ``"-30,20"`` or ``(-30, 20)``;
         kept as text.
-    softness : float
-        How far ``shading`` softens the light, 0 to 1: a window becomes a cloudy sky.
-    turn : float
-        Degrees by which ``shading`` carries the light round the head, within ±180; what comes from the camera
-        goes to the right of the picture.
     strength : float
         How much of the change of light is made: 0 is the target, 1 the whole; more exaggerates.
     shadows : float
@@ -102,6 +97,11 @@ class TransferOptions:
     smoothing : float or None
         How far the alignment may miss noisy landmarks, 0 for not at all; None for as little as keeps the map
         from folding.
+    softness : float
+        How far ``shading`` softens the light, 0 to 1: a window becomes a cloudy sky.
+    turn : float
+        Degrees by which ``shading`` carries the light round the head, within ±180; what comes from the camera
+        goes to the right of the picture.
 
     Raises
     ------
@@ -143,21 +143,6 @@ class TransferOptions:
         flag="--light",
         words=tuple(STUDIO_LIGHTS),
         text=True,
-    )
-    softness: float = option(
-        0.0,
-        "Method shading: how far to soften the light, 0 leaves it as it is, 1 makes it that of a cloudy sky.",
-        flag="--softness",
-        at_least=0,
-        at_most=1,
-    )
-    turn: float = option(
-        0.0,
-        "Method shading: degrees to carry the light round the head, to the right of the picture at "
-        "its front.",
-        flag="--turn",
-        at_least=-180,
-        at_most=180,
     )
     strength: float = option(
         1.0,
@@ -248,6 +233,21 @@ class TransferOptions:
         "from folding.",
         flag="--smoothing",
         at_least=0,
+    )
+    softness: float = option(
+        0.0,
+        "Method shading: how far to soften the light, 0 leaves it as it is, 1 makes it that of a cloudy sky.",
+        flag="--softness",
+        at_least=0,
+        at_most=1,
+    )
+    turn: float = option(
+        0.0,
+        "Method shading: degrees to carry the light round the head, to the right of the picture at "
+        "its front.",
+        flag="--turn",
+        at_least=-180,
+        at_most=180,
     )
 
     def __post_init__(self) -> None:

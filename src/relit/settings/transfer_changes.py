@@ -34,8 +34,6 @@ class TransferChanges(TypedDict, total=False):
     method: MethodName
     lam: Lambda
     light: Light
-    softness: float
-    turn: float
     strength: float
     shadows: float
     highlights: float
@@ -51,3 +49,5 @@ class TransferChanges(TypedDict, total=False):
     kernel: Kernel
     affine: bool
     smoothing: float | None
+    softness: float
+    turn: float

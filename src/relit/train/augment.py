@@ -299,7 +299,7 @@ class RelightAugment:
         >>> augment = RelightAugment(seed=1, p=0.7, strength=(0.5, 1))
         >>> draw = augment.draw(0)
         >>> draw.applied, draw.options.light, round(draw.options.strength, 2)
-        (True, '-53.1,30.0', 0.92)
+        (True, '-53.1,30.0', 0.56)
         """
         if worker is None:
             return self._draw(_count("number", number))
