@@ -34,7 +34,7 @@ def test_every_stage_has_its_picture(result):
         name for name in STAGES if name not in {"warped_second_reference", *split}
     )
     by_ltv = stage_pictures(again(result, method="ltv"))
-    assert set(pictures) - set(by_ltv) == set(result.first.layers)
+    assert set(pictures) - set(by_ltv) == {*result.first.layers, "light"}
     assert set(by_ltv) - set(pictures) == split
     np.testing.assert_array_equal(pictures["result"], result.image)
     np.testing.assert_array_equal(pictures["warped_reference"], result.first.alignment.warped)

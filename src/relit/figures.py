@@ -32,12 +32,12 @@ STAGES = {
     "reference_u": "u of the reference: the light",
     "reference_v": "v of the reference",
     "target_light": "light of the target",
-    "person": "the person",
     "target_is_lit": "where it reaches",
+    "person": "the person",
     "new_light": "the new light",
-    "light": "as lamps round the head",
     "known": "where it is known",
     "mask": "where it goes",
+    "light": "as lamps round the head",
     "result": "result",
 }
 _ROWS = (

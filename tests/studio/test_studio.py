@@ -109,11 +109,11 @@ class TestRendering:
         whole = transfer(*photos, strength=0.7).image
         before = photos[0].pixels.astype(float)
         assert shown.shape == whole.shape
-        # JPEG, a smaller reference, and less detail.
+        # JPEG, a smaller reference, and less detail, of a change that is mild.
         assert np.abs(shown - whole).mean() < 3
         change, truth = (image - before for image in (shown, whole))
         face = np.abs(truth).max(axis=2) > 8
-        assert np.corrcoef(change[face].ravel(), truth[face].ravel())[0, 1] > 0.8
+        assert np.corrcoef(change[face].ravel(), truth[face].ravel())[0, 1] > 0.75
 
     @pytest.mark.parametrize(("method", "own"), [("shading", "new_light"), ("ltv", "reference_u")])
     def test_every_view_is_a_picture(self, client, place, method, own):
