@@ -15,7 +15,7 @@ from scipy.ndimage import binary_dilation, distance_transform_edt, gaussian_filt
 from relit.compose.matte import matte, skin_share
 from relit.face.outline import across, face_outline
 from relit.face.person import person
-from relit.face.shape import face_shape
+from relit.face.shape import head_shape
 from relit.photo.pixels import to_unit
 from relit.photo.resampling import Enlarger, reduced
 from relit.runtime.memo import remembered
@@ -149,7 +149,7 @@ def _area(view: View) -> NDArray[np.float32]:
 def _template(view: View) -> NDArray[np.float32]:
     """Return where a head with these landmarks is, with a soft edge."""
     face = view.regions
-    head = face_shape(face.landmarks, face.shape).head
+    head = head_shape(face.landmarks, face.shape).head
     return gaussian_filter(head.astype(np.float32), _COLORS / 2 * face.interocular_distance, mode="nearest")
 
 

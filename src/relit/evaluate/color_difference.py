@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from relit.photo.profile import decode_srgb
+
 _RGB_TO_XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
 _WHITE = _RGB_TO_XYZ.sum(axis=1)
 _EDGE = 6 / 29  # of the cube root, below which Lab goes on in a straight line
@@ -28,8 +30,7 @@ def linear_light(rgb: NDArray[Any]) -> NDArray[np.float64]:
     >>> linear_light(np.array([0.0, 0.5, 1.0])).round(3).tolist()
     [0.0, 0.214, 1.0]
     """
-    rgb = np.asarray(rgb, np.float64)
-    return np.where(rgb <= 0.04045, rgb / 12.92, ((np.maximum(rgb, 0) + 0.055) / 1.055) ** 2.4)
+    return np.asarray(decode_srgb(np.asarray(rgb, np.float64)))
 
 
 def lab(light: NDArray[Any]) -> NDArray[np.float64]:
