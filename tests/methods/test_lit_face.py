@@ -44,7 +44,7 @@ def test_the_shading_of_a_ball_is_found(explained, encoded, towards):
     assert hue is None
     lit = face & (shade > 0.1)
     assert np.abs(np.exp(made[lit]) - shade[lit]).mean() < 0.03
-    assert np.abs(found.unexplained(found.lamps)[lit]).mean() < 0.08
+    assert np.abs(found.unexplained()[lit]).mean() < 0.08
     there = found.lamps.weights @ DOME
     assert there @ towards / np.linalg.norm(there) > np.cos(np.radians(12))
     assert found.most() == pytest.approx(np.quantile(shade[face], 0.99), rel=0.1)
@@ -55,7 +55,7 @@ def test_albedo_is_what_is_left_unexplained(explained):
     y, x = np.indices(face.shape)
     albedo = np.where(np.hypot(y - 60, x - 40) < 6, 0.5, 1.0)
     found = explain_it(0.6 * albedo * (np.maximum(normals @ LEFT, 0) + 0.1))
-    off = found.unexplained(found.lamps)
+    off = found.unexplained()
     spot = np.hypot(y - 60, x - 40) < 4
     assert np.median(off[face]) == pytest.approx(0, abs=0.01)
     assert off[spot].mean() == pytest.approx(np.log(0.5), abs=0.12)
@@ -114,7 +114,7 @@ def test_no_skin_at_all_is_no_failure(ball):
     for value in (0.0, 0.5, 1.0):
         planes = np.full((*face.shape, 3), value)
         found = explain(planes, shape, np.zeros(face.shape, np.float32), 40.0, encoded=True)
-        assert np.isfinite(found.unexplained(found.lamps)).all()
+        assert np.isfinite(found.unexplained()).all()
         assert np.isfinite(found.shading(found.lamps)[1]).all()
         again = dataclasses.replace(found, weight=np.ones(face.shape, np.float32))
-        assert np.isfinite(again.unexplained(again.lamps)).all()
+        assert np.isfinite(again.unexplained()).all()

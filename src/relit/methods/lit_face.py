@@ -82,9 +82,9 @@ class LitFace:
         made, inside = self.surface.lit(self.lamps)[..., 0], self.weight > 0.5
         return float(np.quantile(made[inside] if inside.any() else made, _NEARLY_ALL))
 
-    def unexplained(self, lamps: Lamps) -> Plane:
+    def unexplained(self) -> Plane:
         """Return e, as far as it may be skin; its median over the skin is 0."""
-        off = np.log(np.maximum(self.brightness, _DARKEST)) - self.shading(lamps)[0]
+        off = np.log(np.maximum(self.brightness, _DARKEST)) - self.shading(self.lamps)[0]
         inside = self.weight > 0.5
         middle = np.median(off[inside]) if inside.any() else 0
         return np.asarray(np.clip(off - middle, -_MOST, _MOST), np.float32)

@@ -163,7 +163,7 @@ def _shrunk(variance: float, noise: float) -> float:
 
 def _blurred(face: LitFace, most: Plane | float, blur: float, iod: float) -> tuple[Plane, Plane]:
     """Return a face's e, blurred where there is skin and carried on from there, and where that is known."""
-    unexplained, weight = np.clip(face.unexplained(face.lamps), -most, most), face.weight
+    unexplained, weight = np.clip(face.unexplained(), -most, most), face.weight
     near = gaussian_filter(weight, blur)
     fine = gaussian_filter(unexplained * weight, blur) / np.maximum(near, 1e-3)
     wide = gaussian_filter(unexplained * weight, _AROUND * iod) / np.maximum(
@@ -217,5 +217,5 @@ def _confidence(reference: LitFace, target: LitFace) -> float:
     inside = reference.weight > 0.5
     if not inside.any():
         return 0.0
-    off = float(reference.unexplained(reference.lamps)[inside].std())
+    off = float(reference.unexplained()[inside].std())
     return min(seen, 1.0) / (1 + (off / _RESIDUAL_NOISE) ** 2)
