@@ -96,7 +96,8 @@ class Surface:
 
     def basis(self, directions: NDArray[Any]) -> NDArray[np.float32]:
         """Return what a lamp of strength 1 does from each of n directions, (h, w, n)."""
-        made = np.maximum(self.normals @ directions.T.astype(np.float32), 0)
+        with one_blas_thread():
+            made = np.maximum(self.normals @ directions.T.astype(np.float32), 0)
         for k, lamp in enumerate(directions):
             made[..., k] *= visible(self.horizon, lamp)
         return made

@@ -14,6 +14,7 @@ from relit.photo.pixels import DARKEST, to_unit
 from relit.photo.profile import decode_srgb, encode_srgb
 from relit.photo.resampling import reduced
 from relit.runtime.memo import remembered
+from relit.runtime.threads import one_blas_thread
 
 if TYPE_CHECKING:
     from typing import TypeAlias
@@ -148,7 +149,8 @@ def _colored(
     the shape, is off, all channels are.
     """
     hue = light / np.maximum(light @ LUMA_WEIGHTS, _DARKEST)[:, None]
-    made, gains = basis @ weights, np.median(hue, axis=0)
+    with one_blas_thread():
+        made, gains = basis @ weights, np.median(hue, axis=0)
     fits = [
         fit_lamps(basis, channel * made, counts, prior=weights * gain, tied=_TIED)
         for channel, gain in zip(hue.T, gains.tolist(), strict=True)
