@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from itertools import permutations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from skimage.color import deltaE_ciede2000, rgb2lab
 
-from examples.faces import inside, relit_face
+from examples.faces import relit_face
 from examples.sheets import columns
 from relit.figures import strip
 
@@ -38,8 +38,10 @@ def draw(faces: Faces) -> tuple[NDArray[np.uint8], str]:
         target, reference = faces.portrait(ours), faces.portrait(theirs)
         result = relit_face(target, reference, method="shading")
         by_ltv = relit_face(target, reference)
-        changes.append(hue_change(result, flat_lit(result)))
-        ltv_changes.append(hue_change(by_ltv, flat_lit(result)))
+        # Both are looked at where the paper's method changes a photo: in the face.
+        flat = in_photo(result, flat_lit(result)) & in_photo(by_ltv, by_ltv.mask)
+        changes.append(hue_change(result, flat))
+        ltv_changes.append(hue_change(by_ltv, flat))
         panels = [
             (f"target {ours}", target.pixels),
             (f"reference {theirs}", reference.pixels),
@@ -62,18 +64,25 @@ def draw(faces: Faces) -> tuple[NDArray[np.uint8], str]:
 
 
 def flat_lit(result: TransferResult) -> NDArray[np.bool_]:
-    """Return which pixels of the face both lights meet nearly straight on."""
+    """Return where in the result's window both lights meet a face nearly straight on."""
     assert result.mask is not None
-    lights = [
-        result.first.layers[name].mean(axis=-1)[result.mask > 0.5] for name in ("target_light", "new_light")
-    ]
-    flat: NDArray[np.bool_] = np.logical_and(*(light >= FLAT * np.quantile(light, 0.98) for light in lights))
+    face = result.mask > 0.5
+    lights = [result.first.layers[name].mean(axis=-1) for name in ("target_light", "new_light")]
+    bright = [light >= FLAT * np.quantile(light[face], 0.98) for light in lights]
+    flat: NDArray[np.bool_] = face & bright[0] & bright[1]
     return flat
+
+
+def in_photo(result: TransferResult, share: NDArray[Any] | None) -> NDArray[np.bool_]:
+    """Return where in the photo a share of the window's pixels, 0 to 1, is more than a half."""
+    whole = np.zeros(result.image.shape[:2], bool)
+    whole[result.window] = np.asarray(share) > 0.5
+    return whole
 
 
 def hue_change(result: TransferResult, where: NDArray[np.bool_]) -> float:
     """Return the median ΔE2000 between relit face and target, after the one gain that fits best."""
-    relit, target = (inside(result, image)[where] / 255 for image in (result.image, result.target))
+    relit, target = (image[where] / 255 for image in (result.image, result.target))
     gain = (relit * target).sum() / (relit * relit).sum()
     lab = [rgb2lab(np.clip(image, 0, 1)[None]) for image in (gain * relit, target)]
     return float(np.median(deltaE_ciede2000(*lab)))  # type: ignore[no-untyped-call]
