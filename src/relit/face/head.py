@@ -1,13 +1,15 @@
-"""A head in a photo: the template, posed and bent so that its landmarks lie on those of the face.
+"""A head in a photo: of all that heads may be, the likeliest with its landmarks where those of the face are.
 
-The pose is a scaled orthographic projection [1]_. What it leaves is taken up by a bend of space, which is
-the smoothest one (biharmonic splines [2]_) that leads the template's landmarks to the face's; farther off, at
-the ears, the skull and the neck, it fades to a shift.
+The pose is a scaled orthographic projection [1]_. The shape is the mean of heads and some of each way that
+they differ, as likely as may be [2]_. What both leave is taken up by a bend of space, which is the smoothest
+one (biharmonic splines [3]_) that leads the landmarks to the face's; farther off, at the ears, the skull and
+the neck, it fades to a shift.
 
 References
 ----------
 .. [1] D. F. DeMenthon and L. S. Davis, "Model-based object pose in 25 lines of code", IJCV 15, 1995.
-.. [2] G. Wahba, "Spline Models for Observational Data", SIAM, 1990.
+.. [2] V. Blanz and T. Vetter, "A morphable model for the synthesis of 3D faces", SIGGRAPH 1999.
+.. [3] G. Wahba, "Spline Models for Observational Data", SIAM, 1990.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 from scipy.spatial.distance import cdist
+from scipy.spatial.transform import Rotation
 
 from relit.face.landmarks import Landmarks
 from relit.face.rasterizer import rasterize
@@ -27,10 +30,17 @@ from relit.runtime.threads import one_blas_thread
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from relit.face.template_head import TemplateHead
+
 # How far the bend may miss a landmark, as the spline's smoothing in interocular distances: the detector is
 # much surer of where a point is seen than of its depth. Of twelve rendered heads; half or twice as much is as
 # good.
 _SMOOTHING, _SMOOTHING_OF_DEPTH = 0.1, 2.0
+# How far landmarks are off, in interocular distances, as seen and in depth. Of twelve rendered heads; half or
+# one and a half times as much is nearly as good.
+_OFF, _OFF_IN_DEPTH = 0.04, 0.1
+_LITTLE, _MUCH = 18.0, 32.0  # degrees between two heads at which light stays, and goes with the head
+_ROUNDS = 6  # of pose and shape
 
 
 class SeenHead(NamedTuple):
@@ -103,11 +113,69 @@ def fitted(landmarks: Landmarks) -> NDArray[np.float64]:
     template = template_head()
     there = landmarks.points[template.rows]
     with one_blas_thread():
-        turn, origin = pose(template.landmarks, there)
-        missing = there - (template.landmarks @ turn + origin)
+        kind = _likeliest(template, there)
+        marks = template.landmarks + np.tensordot(kind, template.landmark_modes, 1)
+        vertices = template.vertices + np.tensordot(kind, template.modes, 1)
+        turn, origin = pose(marks, there)
+        missing = there - (marks @ turn + origin)
         bend = _bend()
         weights = np.column_stack([bend.of_places @ missing[:, :2], bend.of_depths @ missing[:, 2]])
-        return np.asarray(template.vertices @ turn + origin + bend.basis @ weights)
+        return np.asarray(vertices @ turn + origin + bend.basis @ weights)
+
+
+def _likeliest(template: TemplateHead, there: NDArray[Any]) -> NDArray[np.float64]:
+    """Return how much of each mode there is, in standard deviations: the ridge regression on landmarks."""
+    kind = np.zeros(len(template.modes))
+    for _ in range(_ROUNDS):
+        turn, origin = pose(template.landmarks + np.tensordot(kind, template.landmark_modes, 1), there)
+        scale = np.cbrt(np.linalg.det(turn))
+        moves = template.landmark_modes @ (turn / scale)
+        missing = (there - (template.landmarks @ turn + origin)) / scale
+        # How far off the camera all of it is, nobody knows.
+        deep = missing[:, 2] - np.tensordot(kind, moves[..., 2], 1)
+        missing[:, 2] -= np.median(deep)
+        weight = np.divide(1, np.square([_OFF, _OFF, _OFF_IN_DEPTH]))
+        half = (moves * weight).reshape(len(kind), -1)
+        square = half @ moves.reshape(len(kind), -1).T + np.eye(len(kind))
+        kind = np.linalg.solve(square, half @ missing.ravel())
+    return kind
+
+
+def turn_between(one: Landmarks, other: Landmarks) -> NDArray[np.float64]:
+    """Return the rotation R, ``x @ R``, by which the light on a head in one photo is turned for another.
+
+    Light stays where it stands beside the camera, as long as both heads are held nearly alike. If one is
+    turned much farther, it hides what the light does to sides that the other shows, and what it shows is not
+    its front: then light goes with the head, as landmarks do.
+
+    Parameters
+    ----------
+    one, other : Landmarks
+
+    Returns
+    -------
+    (3, 3) float64 array
+        That of no turn, where a template cannot be laid on both.
+
+    Examples
+    --------
+    >>> from relit import detect_landmarks, read_image, sample
+    >>> face = detect_landmarks(read_image(sample("target")).pixels)
+    >>> turn_between(face, face).round(6).tolist()
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    """
+    if not (has_head(one) and has_head(other)):
+        return np.eye(3)
+    template = template_head()
+    with one_blas_thread():
+        first, second = (
+            turn / np.cbrt(np.linalg.det(turn))
+            for turn, _ in (pose(template.landmarks, face.points[template.rows]) for face in (one, other))
+        )
+        turn = Rotation.from_matrix(first.T @ second)
+    angle = float(np.degrees(turn.magnitude()))
+    share = np.clip((angle - _LITTLE) / (_MUCH - _LITTLE), 0, 1)
+    return np.asarray(Rotation.from_rotvec(share * turn.as_rotvec()).as_matrix())
 
 
 def pose(points: NDArray[Any], there: NDArray[Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -1,8 +1,8 @@
-"""The template head: the mean of six MakeHuman heads, with nose, eye sockets, ears, skull and neck.
+"""The template head: the mean of many MakeHuman heads, with nose, eye sockets, ears, skull and neck.
 
-`tools/template_head.py` makes it. It is symmetric, so that its file holds one half. Its unit is the
-interocular distance, its origin the middle of the eyes; x grows to the left ear, y down, z to the back of
-the head.
+How they differ comes with it, as modes. `tools/template_head.py` makes both. All are symmetric, so that the
+file holds one half. The unit is the interocular distance, the origin the middle of the eyes; x grows to the
+left ear, y down, z to the back of the head.
 """
 
 from __future__ import annotations
@@ -12,12 +12,16 @@ from importlib import resources
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 #: Steps per interocular distance in which the file counts.
 STEPS = 10_000
+#: Steps of the largest move of a mode.
+MODE_STEPS = 127
+_NEIGHBOURS = 4  # vertices that a landmark moves with
 
 
 class TemplateHead(NamedTuple):
@@ -32,12 +36,18 @@ class TemplateHead(NamedTuple):
         Which rows of `mesh478` are known.
     landmarks : (k, 3) float64 array
         Where they lie.
+    modes : (l, n, 3) float64 array
+        The ways that heads differ most, of one standard deviation each.
+    landmark_modes : (l, k, 3) float64 array
+        The same of the landmarks.
     """
 
     vertices: NDArray[np.float64]
     triangles: NDArray[np.int32]
     rows: NDArray[np.int64]
     landmarks: NDArray[np.float64]
+    modes: NDArray[np.float64]
+    landmark_modes: NDArray[np.float64]
 
 
 @cache
@@ -48,15 +58,28 @@ def template_head() -> TemplateHead:
     --------
     >>> head = template_head()
     >>> [len(part) for part in head]
-    [4271, 8376, 431, 431]
+    [4271, 8376, 431, 431, 60, 60]
     """
     with resources.files("relit.face").joinpath("models", "head.npz").open("rb") as file:
         stored = np.load(file)
-        vertices, quads, rows, landmarks = (
-            stored[name] for name in ("vertices", "quads", "rows", "landmarks")
+        half, quads, rows, places, moves, most = (
+            stored[name] for name in ("vertices", "quads", "rows", "landmarks", "modes", "most")
         )
+    vertices, triangles = whole(half / STEPS, quads.astype(np.int32))
+    landmarks = places / STEPS
+    there = half[:, 0] > 0
+    modes = moves * (most.astype(float) / MODE_STEPS)[:, None, None]
+    modes = np.concatenate([modes, modes[:, there] * [-1, 1, 1]], axis=1)
+    distance, near = cKDTree(vertices).query(landmarks, k=_NEIGHBOURS)
+    share = 1 / np.maximum(distance, 1 / STEPS) ** 2
+    share /= share.sum(axis=1, keepdims=True)
     return TemplateHead(
-        *whole(vertices / STEPS, quads.astype(np.int32)), rows.astype(np.int64), landmarks / STEPS
+        vertices,
+        triangles,
+        rows.astype(np.int64),
+        landmarks,
+        modes,
+        np.einsum("lknx,kn->lkx", modes[:, near], share),
     )
 
 

@@ -14,6 +14,8 @@ from scipy.ndimage import gaussian_filter, grey_dilation
 
 from relit.face.skin import skin_of
 from relit.face.views import without_grain
+from relit.photo.color import LUMA_WEIGHTS
+from relit.photo.pixels import to_unit
 from relit.runtime.memo import remembered
 
 if TYPE_CHECKING:
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 # What each of these is worth: docs/leaderboard.md, The constants.
 _RIM, _RIM_RENDERED = 0.1, 0.04  # interocular distances: at its outline a mesh is too flat to shade well
 _EDGE = 0.06  # interocular distances by which features are widened, and over which trust turns soft
+_OTHER_LIGHT = 0.6  # in log of the encoded, from skin's colour: of fourteen portraits, hair is at most 0.53
 _NEAR = 0.02  # interocular distances by which the features of one face are widened
 
 
@@ -68,11 +71,21 @@ def known(
             skin = skin_of(theirs, area)
             # Below the brows, what is dark may lie in a shadow; above, it is hair or a hat.
             shaded, plain = skin.likeness(theirs, hue_alone=True), skin.likeness(theirs)
+            if narrow and theirs.ndim == 3:
+                shaded = np.maximum(shaded, _lit_in_color(theirs, area))
             trust *= face.below_brows * shaded + (1 - face.below_brows) * plain
         trust *= 1 - grey_dilation(face.features.astype(np.float32), size=_square(edge * iod))
     # What is beside the unknown is half unknown: a mixed pixel, a lens' blur, an alignment that is off.
     sigma = _square(edge * iod / 2)[0] / 2
     return np.asarray(np.clip(2 * gaussian_filter(trust, sigma) - 1, 0, 1), np.float32)
+
+
+def _lit_in_color(pixels: NDArray[Any], area: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Return where a colour is so far from that of most of a face that it is a second light's: 0 or 1."""
+    light = np.maximum(to_unit(pixels), 1 / 255)
+    hue = np.log(light / (light @ LUMA_WEIGHTS)[..., None])
+    away = np.linalg.norm(hue - np.median(hue[area], axis=0), axis=2)
+    return np.asarray(away > _OTHER_LIGHT, np.float32)
 
 
 @remembered

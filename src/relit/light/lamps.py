@@ -40,6 +40,20 @@ def studio_lamps(light: StudioLight) -> Lamps:
     return Lamps(np.vstack([rays, DOME]), weights)
 
 
+def carried(lamps: Lamps, turn: NDArray[np.float64]) -> Lamps:
+    """Return lamps that are turned by a rotation of space, (3, 3): each direction d becomes ``d @ turn``.
+
+    Examples
+    --------
+    >>> lamps = Lamps(np.array([[0.0, 0.0, -1.0]]), np.ones(1))
+    >>> carried(lamps, np.array([[0.0, 1, 0], [0, 0, -1], [-1, 0, 0]])).directions.tolist()
+    [[1.0, 0.0, 0.0]]
+    """
+    if (turn == np.eye(3)).all():
+        return lamps
+    return lamps._replace(directions=lamps.directions @ turn + 0.0)
+
+
 def turned(lamps: Lamps, degrees: float) -> Lamps:
     """Return lamps carried round the head, a positive angle to the right of the picture at its front.
 
@@ -49,11 +63,8 @@ def turned(lamps: Lamps, degrees: float) -> Lamps:
     >>> (turned(lamps, 90).directions.round(6) + 0.0).tolist()
     [[1.0, 0.0, 0.0]]
     """
-    if degrees == 0:
-        return lamps
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    turn = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
-    return lamps._replace(directions=lamps.directions @ turn + 0.0)
+    return carried(lamps, np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]))
 
 
 def softened(lamps: Lamps, softness: float) -> Lamps:

@@ -29,11 +29,14 @@ if TYPE_CHECKING:
 # What each of these is worth: docs/leaderboard.md, The constants.
 _GRAIN = 0.01  # interocular distances that brightness is blurred over
 _HUE_GRAIN = 0.03  # the same of hue, which varies more slowly and is noisier
-_DARKEST_SHADE = 0.02  # of a face's brightest: what its light leaves darker is no base for a ratio
+# Of a face's brightest: what its light leaves darker is no base for a ratio. A photo is taken among walls,
+# and its curve lifts what is dark; where values are light as it is, less is still light.
+_DARKEST_SHADE, _DARKEST_AS_IS = 0.05, 0.02
 _BRIGHTEST = 0.95  # the share of a face that is darker than its brightest
 _NEARLY_ALL = 0.99  # the share of a face that is darker than the most a light makes of it
 _TIED = 0.1  # how much the lamps of a colour are like those of the brightness
 _MOST = 1.5  # in log: what is farther off than this is no skin
+_USUAL = 0.3  # in log: the standard deviation of what lamps leave
 _DARKEST = 1e-4  # linear brightness below which there is only noise
 
 
@@ -60,28 +63,36 @@ class LitFace:
     lamps: Lamps
     encoded: bool
 
-    def shading(self, lamps: Lamps, most: float = np.inf) -> tuple[Plane, Plane | None]:
+    def shading(self, lamps: Lamps, most: float = np.inf, blur: float = 0.0) -> tuple[Plane, Plane | None]:
         """Return what lamps make of this face's shape: log brightness, and log hue if they have colours.
 
-        Where they leave it darker than 2 % of its brightest, that counts: less is no base for a ratio.
-        Nowhere is it brighter than `most`.
+        Where they leave it darker than some of its brightest, that counts: less is no base for a ratio.
+        Nowhere is it brighter than `most`. Both are blurred by so many px.
         """
         made = self.surface.lit(lamps)
         inside = self.weight > 0.5
         brightest = float(np.quantile(made[inside, 0] if inside.any() else made[..., 0], _BRIGHTEST))
-        least = max(_DARKEST_SHADE * brightest, _DARKEST)
-        shade = np.log(np.clip(made[..., 0], least, max(most, least)))
+        least = max((_DARKEST_SHADE if self.encoded else _DARKEST_AS_IS) * brightest, _DARKEST)
+        shade = gaussian_filter(np.log(np.clip(made[..., 0], least, max(most, least))), blur)
         if lamps.colors is None:
             return shade, None
         gains = lamps.colors.sum(axis=0) / max(float(lamps.weights.sum()), _DARKEST)
         ground = (least - np.minimum(made[..., :1], least)) * gains.astype(np.float32)
         bright = np.log(np.maximum(made[..., :1], least))
-        return shade, np.log(np.maximum(made[..., 1:] + ground, _DARKEST)) - bright
+        hue = np.log(np.maximum(made[..., 1:] + ground, _DARKEST)) - bright
+        return shade, gaussian_filter(hue, (blur, blur, 0))
 
     def most(self) -> float:
         """Return the most that the lamps make of this face where it shows skin."""
         made, inside = self.surface.lit(self.lamps)[..., 0], self.weight > 0.5
         return float(np.quantile(made[inside] if inside.any() else made, _NEARLY_ALL))
+
+    def explained(self) -> float:
+        """Return how well the lamps explain the face: 1 if they do, 1/2 if as much is left as is usual."""
+        inside = self.weight > 0.5
+        if not inside.any():
+            return 0.0
+        return 1 / (1 + (float(self.unexplained()[inside].std()) / _USUAL) ** 2)
 
     def unexplained(self) -> Plane:
         """Return e, as far as it may be skin; its median over the skin is 0."""

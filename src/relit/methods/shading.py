@@ -29,9 +29,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
+from relit.face.head import turn_between
 from relit.face.mirror import halves, twins
 from relit.face.shape import head_shape
-from relit.light.lamps import softened, studio_lamps, turned
+from relit.light.lamps import carried, softened, studio_lamps, turned
 from relit.methods.light_change import LightChange
 from relit.methods.lit_face import LitFace, brightness_of, explain, linear, shown
 from relit.methods.unlit import stand_in
@@ -52,10 +53,14 @@ _THEIRS_SHARED, _THEIRS_DIFFERING = 0.4, 0.4  # a, of what the halves of a face 
 _OURS_SHARED, _OURS_DIFFERING = 0.4, 0.8  # b, alike
 _NOISE, _RESIDUAL_NOISE, _HUE_NOISE = 0.08, 0.3, 0.15  # τ of D, of a residual, of a hue; in log
 _COARSE = 0.2  # interocular distances that a change is blurred over beyond the face
+# Interocular distances that a light is blurred over if it is not sure, and how well lamps explain what is. Of
+# rendered heads no figure changes; of photos, shadows have no edges that are the template's.
+_VAGUE, _SURE, _UNSURE = 0.15, 0.45, 0.15
 _NEARLY_ALL = 0.98  # the share of a face that changes less than the most that ears and neck may
 _LIDS = 0.08  # interocular distances that lids reach beyond the eyes
 _RIM = 0.03  # interocular distances that trust in the shape turns soft over at the rim of a head
 _FRINGE = 0.3  # in log: above the brows, what is farther off may be hair, and its shadow
+_FLAT = 0.2  # cosine of the angle to the camera up to which a reference shows nothing; at twice, it does
 _AROUND = 0.1  # interocular distances from where a residual is carried on over what is not skin
 _BRIGHTEST = 0.95  # the share of a face that is darker than what says how bright it is
 
@@ -74,10 +79,15 @@ def relight(scene: Scene) -> LightChange:
     else:
         assert scene.reference_skin is not None
         theirs = head_shape(face.landmarks, face.shape, of=scene.reference_landmarks)
-        reference = explain(scene.reference, theirs, scene.reference_skin, iod, encoded=scene.encoded)
-        lamps, most = turned(reference.lamps, options.turn), reference.most()
+        seen = np.clip((-theirs.normals[..., 2] - _FLAT) / _FLAT, 0, 1) * scene.reference_skin
+        reference = explain(scene.reference, theirs, seen, iod, encoded=scene.encoded)
+        # Light goes with the head: what is lit in the one photo is in the other, and what was not seen of the
+        # reference need not be known.
+        turn = turn_between(scene.reference_landmarks, face.landmarks)
+        lamps, most = turned(carried(reference.lamps, turn), options.turn), reference.most()
     lamps = softened(lamps, options.softness)
-    (old, old_hue), (new, new_hue) = target.shading(target.lamps), target.shading(lamps, most)
+    old, old_hue = target.shading(target.lamps, blur=_blur_of(target, iod))
+    new, new_hue = target.shading(lamps, most, _blur_of(reference, iod))
 
     change = new - old
     variance = float(change[face.interior].var())
@@ -90,7 +100,7 @@ def relight(scene: Scene) -> LightChange:
             no_hair = np.where(face.below_brows > 0.5, np.inf, _FRINGE).astype(np.float32)
             shared, differing = halves(*_blurred(reference, no_hair, blur, iod), twin)
             found = _THEIRS_SHARED * shared + _THEIRS_DIFFERING * differing
-            residual += (1 - options.softness) * found
+            residual += (1 - options.softness) * min(reference.explained() / _SURE, 1) * found
     bright = brightness_of(linear(scene.target, scene.encoded))
     missing, reached = stand_in(bright, target, reference, face.features, twin, iod)
     change += reached * variance / (variance + _RESIDUAL_NOISE**2) * residual
@@ -98,7 +108,8 @@ def relight(scene: Scene) -> LightChange:
     change = carried_on(_coarse_beyond(change, shape, face, iod), known, iod) + missing
     hue, cast = _hue(scene, new_hue, old_hue)
     if hue is not None:
-        hue = carried_on(hue, known * np.clip(face.distance / (_COARSE * iod), 0, 1).astype(np.float32), iod)
+        wide = [_coarse_beyond(channel, shape, face, iod) for channel in np.moveaxis(hue, -1, 0)]
+        hue = carried_on(np.stack(wide, axis=-1), known, iod)
     measured = target if reference is None else reference
     return LightChange(
         target=scene.target,
@@ -154,6 +165,13 @@ def _eyes_and_mouth(face: FaceRegions) -> Plane:
         if hulls.any():
             near |= distance_transform_edt(~hulls) < reach * iod
     return gaussian_filter(near.astype(np.float32), _LIDS / 2 * iod)
+
+
+def _blur_of(face: LitFace | None, iod: float) -> float:
+    """Return the blur, in px, of a light that a face shows: where lamps explain little, they are not sure."""
+    if face is None:
+        return 0.0
+    return _VAGUE * iod * float(np.clip((_SURE - face.explained()) / (_SURE - _UNSURE), 0, 1))
 
 
 def _shrunk(variance: float, noise: float) -> float:
@@ -214,8 +232,4 @@ def _soft(head: NDArray[np.bool_], iod: float) -> Plane:
 def _confidence(reference: LitFace, target: LitFace) -> float:
     """Return how far a light can be trusted: the share of the face that shows it, less what is left over."""
     seen = float(reference.weight.sum()) / max(float(target.weight.sum()), 1e-9)
-    inside = reference.weight > 0.5
-    if not inside.any():
-        return 0.0
-    off = float(reference.unexplained()[inside].std())
-    return min(seen, 1.0) / (1 + (off / _RESIDUAL_NOISE) ** 2)
+    return min(seen, 1.0) * reference.explained()
