@@ -84,6 +84,19 @@ def test_the_references_fringe_and_its_spectacles_are_not_known(drawn):
     assert known(whole(image, face), reference, seen, rendered=True)[eye[1], eye[0]] > 0.9
 
 
+def test_the_half_of_a_face_in_another_light_is_known_and_hair_over_it_is_not(drawn):
+    image, face = drawn
+    reference = np.full_like(image, (150, 30, 70))
+    middle = int(face.xy[30, 0])
+    reference[:, middle:] = (5, 70, 80)
+    cheek = (0.45 * face.xy[2] + 0.55 * face.xy[31]).round().astype(int)
+    reference[:, cheek[0] - 4 : cheek[0] + 5] = (25, 20, 18)
+    trust = known(whole(image, face), reference, np.ones(image.shape[:2], bool), narrow=True)
+    beside = (face.xy[14] * 0.6 + face.xy[35] * 0.4).round().astype(int)
+    assert trust[beside[1], beside[0]] > 0.9
+    assert trust[cheek[1], cheek[0]] < 0.1
+
+
 def test_eyes_and_catchlights_are_found(astronaut):
     photo, face = astronaut
     white, share = eyes_and_teeth(whole(photo, face))

@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from relit.face.detect import detect_landmarks
-from relit.face.head import fitted, has_head, pose, seen_head
+from relit.face.head import fitted, has_head, pose, seen_head, turn_between
 from relit.face.landmarks import Landmarks
 from relit.face.shape import head_shape
 from relit.face.template_head import template_head, vertex_normals
@@ -60,6 +60,42 @@ def test_a_known_pose_is_found_again(turn):
     np.testing.assert_allclose(origin, [100, 90, 7], atol=1e-6)
     vertices = fitted(face_of(head, turned(*turn)))
     np.testing.assert_allclose(vertices, head.vertices @ truth + [100, 90, 7], atol=1e-6)
+
+
+def test_a_head_that_differs_as_heads_do_is_found_again():
+    """Of the way that a head differs from the mean, where landmarks show it, most is found, depth and all."""
+    head = template_head()
+    kind = np.random.default_rng(5).normal(0, 1, len(head.modes))
+    turn = turned(15, -5) * 100
+    marks = head.landmarks + np.tensordot(kind, head.landmark_modes, 1)
+    truth = (head.vertices + np.tensordot(kind, head.modes, 1)) @ turn
+    points = np.zeros((478, 3))
+    points[head.rows] = marks @ turn
+    found = fitted(Landmarks(points + 300)) - 300
+    mean = head.vertices @ turn
+    near = cKDTree(head.landmarks).query(head.vertices)[0] < 0.1
+    off, before = (
+        np.linalg.norm(one - truth - (one - truth)[near].mean(axis=0), axis=1) for one in (found, mean)
+    )
+    assert off[near].mean() < 0.35 * before[near].mean()
+
+
+@pytest.mark.parametrize(("yaw", "kept"), [(0, 1), (12, 1), (25, 0.5), (40, 0), (-40, 0), (-12, 1)])
+def test_light_goes_with_a_head_that_is_turned_far(yaw, kept):
+    """What share of a turn the light does not make: all of a small one, none of a large one."""
+    head = template_head()
+    frontal, other = face_of(head, turned()), face_of(head, turned(yaw))
+    turn = turn_between(frontal, other)
+    np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-9)
+    nose = np.array([0, 0, -1]) @ turn
+    angle = np.degrees(np.arctan2(nose[0], -nose[2]))
+    wanted = (np.array([0, 0, -1]) @ turned(yaw)) if yaw else np.array([0, 0, -1])
+    assert angle == pytest.approx((1 - kept) * np.degrees(np.arctan2(wanted[0], -wanted[2])), abs=0.5)
+
+
+def test_without_a_template_light_stays():
+    points = Landmarks([[0, 0], [9, 0], [5, 9]])
+    np.testing.assert_array_equal(turn_between(points, points), np.eye(3))
 
 
 @pytest.mark.parametrize("turn", TURNS)
