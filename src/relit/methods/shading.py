@@ -14,7 +14,9 @@ its shape, e what they leave unexplained. The target's brightness changes by
    lights that are alike, nothing is to be done.
 4. Hue comes from the lamps alone: that of s' less that of s, shrunk alike. A residual has none: what is
    coloured in it is make-up, a beard, another skin.
-5. How strong a light is, and its overall colour, cannot be told from how dark a skin is, and of what colour:
+5. The less lamps explain of a face, the less is sure of its light: s is blurred, r counts less, and hue is
+   shrunk more.
+6. How strong a light is, and its overall colour, cannot be told from how dark a skin is, and of what colour:
    `LightChange.anchored` is told.
 
 References
@@ -51,7 +53,7 @@ if TYPE_CHECKING:
 # What each of these is worth: docs/leaderboard.md, The constants.
 _THEIRS_SHARED, _THEIRS_DIFFERING = 0.4, 0.4  # a, of what the halves of a face share, and of what not
 _OURS_SHARED, _OURS_DIFFERING = 0.4, 0.8  # b, alike
-_NOISE, _RESIDUAL_NOISE, _HUE_NOISE = 0.08, 0.3, 0.15  # τ of D, of a residual, of a hue; in log
+_NOISE, _RESIDUAL_NOISE, _HUE_NOISE = 0.08, 0.3, 0.1  # τ of D, of a residual, of a hue; in log
 _COARSE = 0.2  # interocular distances that a change is blurred over beyond the face
 # Interocular distances that a light is blurred over if it is not sure, and how well lamps explain what is. Of
 # rendered heads no figure changes; of photos, shadows have no edges that are the template's.
@@ -81,15 +83,13 @@ def relight(scene: Scene) -> LightChange:
         theirs = head_shape(face.landmarks, face.shape, of=scene.reference_landmarks)
         seen = np.clip((-theirs.normals[..., 2] - _FLAT) / _FLAT, 0, 1) * scene.reference_skin
         reference = explain(scene.reference, theirs, seen, iod, encoded=scene.encoded)
-        # Light goes with the head: what is lit in the one photo is in the other, and what was not seen of the
-        # reference need not be known.
         turn = turn_between(scene.reference_landmarks, face.landmarks)
         lamps, most = turned(carried(reference.lamps, turn), options.turn), reference.most()
     lamps = softened(lamps, options.softness)
     old, old_hue = target.shading(target.lamps, blur=_blur_of(target, iod))
     new, new_hue = target.shading(lamps, most, _blur_of(reference, iod))
 
-    change = new - old
+    change, sure = new - old, 1.0 if reference is None else min(reference.explained() / _SURE, 1.0)
     variance = float(change[face.interior].var())
     twin, blur = twins(face.landmarks, shape), 0.5 / scene.lam_px
     shared, differing = halves(*_blurred(target, np.inf, blur, iod), twin)
@@ -100,13 +100,13 @@ def relight(scene: Scene) -> LightChange:
             no_hair = np.where(face.below_brows > 0.5, np.inf, _FRINGE).astype(np.float32)
             shared, differing = halves(*_blurred(reference, no_hair, blur, iod), twin)
             found = _THEIRS_SHARED * shared + _THEIRS_DIFFERING * differing
-            residual += (1 - options.softness) * min(reference.explained() / _SURE, 1) * found
+            residual += (1 - options.softness) * sure * found
     bright = brightness_of(linear(scene.target, scene.encoded))
     missing, reached = stand_in(bright, target, reference, face.features, twin, iod)
     change += reached * variance / (variance + _RESIDUAL_NOISE**2) * residual
     known = _soft(shape.head, iod) * (1 - _eyes_and_mouth(face))
     change = carried_on(_coarse_beyond(change, shape, face, iod), known, iod) + missing
-    hue, cast = _hue(scene, new_hue, old_hue)
+    hue, cast = _hue(scene, new_hue, old_hue, sure)
     if hue is not None:
         wide = [_coarse_beyond(channel, shape, face, iod) for channel in np.moveaxis(hue, -1, 0)]
         hue = carried_on(np.stack(wide, axis=-1), known, iod)
@@ -192,7 +192,9 @@ def _blurred(face: LitFace, most: Plane | float, blur: float, iod: float) -> tup
     return np.asarray(share * fine + (1 - share) * carried * wide, np.float32), carried
 
 
-def _hue(scene: Scene, new: Plane | None, old: Plane | None) -> tuple[Plane | None, NDArray[np.float64]]:
+def _hue(
+    scene: Scene, new: Plane | None, old: Plane | None, sure: float
+) -> tuple[Plane | None, NDArray[np.float64]]:
     """Return by how much more than the brightness each colour changes, and the mean of that."""
     none = np.zeros(3)
     if new is None:
@@ -206,7 +208,7 @@ def _hue(scene: Scene, new: Plane | None, old: Plane | None) -> tuple[Plane | No
     low, high = np.quantile(change[scene.face.skin_area], [1 - _NEARLY_ALL, _NEARLY_ALL], axis=0)
     change = np.clip(change, low, high).astype(np.float32) - cast.astype(np.float32)
     variance = float((change[inside] ** 2).sum(axis=1).mean())
-    return change * np.float32(_shrunk(variance, _HUE_NOISE)), cast
+    return change * np.float32(_shrunk(variance, _HUE_NOISE / max(sure, 1e-3))), cast
 
 
 def _colors_of(scene: Scene) -> Plane:
