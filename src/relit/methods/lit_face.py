@@ -36,7 +36,8 @@ _BRIGHTEST = 0.95  # the share of a face that is darker than its brightest
 _NEARLY_ALL = 0.99  # the share of a face that is darker than the most a light makes of it
 _TIED = 0.1  # how much the lamps of a colour are like those of the brightness
 _MOST = 1.5  # in log: what is farther off than this is no skin
-_USUAL = 0.3  # in log: the standard deviation of what lamps leave
+# In log: the standard deviation of what lamps leave; more where shadows are as dark as in a laboratory.
+_USUAL, _USUAL_AS_IS = 0.3, 0.7
 _DARKEST = 1e-4  # linear brightness below which there is only noise
 
 
@@ -92,7 +93,8 @@ class LitFace:
         inside = self.weight > 0.5
         if not inside.any():
             return 0.0
-        return 1 / (1 + (float(self.unexplained()[inside].std()) / _USUAL) ** 2)
+        usual = _USUAL if self.encoded else _USUAL_AS_IS
+        return 1 / (1 + (float(self.unexplained()[inside].std()) / usual) ** 2)
 
     def unexplained(self) -> Plane:
         """Return e, as far as it may be skin; its median over the skin is 0."""
