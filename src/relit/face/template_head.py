@@ -58,7 +58,7 @@ def template_head() -> TemplateHead:
     --------
     >>> head = template_head()
     >>> [len(part) for part in head]
-    [4271, 8376, 431, 431, 60, 60]
+    [4191, 8204, 419, 419, 60, 60]
     """
     with resources.files("relit.face").joinpath("models", "head.npz").open("rb") as file:
         stored = np.load(file)
