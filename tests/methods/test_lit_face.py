@@ -45,7 +45,7 @@ def test_the_shading_of_a_ball_is_found(explained, encoded, towards):
     assert hue is None
     lit = face & (shade > 0.1)
     assert np.abs(np.exp(made[lit]) - shade[lit]).mean() < 0.03
-    assert np.abs(found.unexplained()[lit]).mean() < 0.08
+    assert np.abs(found.unexplained[lit]).mean() < 0.08
     there = found.lamps.weights @ DOME
     assert there @ towards / np.linalg.norm(there) > np.cos(np.radians(12))
     assert found.most() == pytest.approx(np.quantile(shade[face], 0.99), rel=0.1)
@@ -56,7 +56,7 @@ def test_albedo_is_what_is_left_unexplained(explained):
     y, x = np.indices(face.shape)
     albedo = np.where(np.hypot(y - 60, x - 40) < 6, 0.5, 1.0)
     found = explain_it(0.6 * albedo * (np.maximum(normals @ LEFT, 0) + 0.1))
-    off = found.unexplained()
+    off = found.unexplained
     spot = np.hypot(y - 60, x - 40) < 4
     assert np.median(off[face]) == pytest.approx(0, abs=0.01)
     assert off[spot].mean() == pytest.approx(np.log(0.5), abs=0.12)
@@ -104,7 +104,7 @@ def test_the_more_is_left_the_less_is_explained(explained):
     explain_it, normals, face = explained
     plain = np.maximum(normals @ FRONT, 0) + 0.2
     spots = plain * np.where(np.indices(face.shape).sum(axis=0) // 12 % 2, 1.0, 0.3)
-    well, badly = explain_it(plain).explained(), explain_it(spots).explained()
+    well, badly = explain_it(plain).explained, explain_it(spots).explained
     assert 0.9 < well <= 1
     # Half of the face lies log(1/.3) below the other: what is left spreads by half of that.
     assert badly == pytest.approx(1 / (1 + (np.log(1 / 0.3) / 2 / 0.3) ** 2), abs=0.1)
@@ -134,7 +134,7 @@ def test_no_skin_at_all_is_no_failure(ball):
     for value in (0.0, 0.5, 1.0):
         planes = np.full((*face.shape, 3), value)
         found = explain(planes, shape, np.zeros(face.shape, np.float32), 40.0, encoded=True)
-        assert np.isfinite(found.unexplained()).all()
+        assert np.isfinite(found.unexplained).all()
         assert np.isfinite(found.shading(found.lamps)[1]).all()
         again = dataclasses.replace(found, weight=np.ones(face.shape, np.float32))
-        assert np.isfinite(again.unexplained()).all()
+        assert np.isfinite(again.unexplained).all()

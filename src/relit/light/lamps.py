@@ -40,18 +40,18 @@ def studio_lamps(light: StudioLight) -> Lamps:
     return Lamps(np.vstack([rays, DOME]), weights)
 
 
-def carried(lamps: Lamps, turn: NDArray[np.float64]) -> Lamps:
-    """Return lamps that are turned by a rotation of space, (3, 3): each direction d becomes ``d @ turn``.
+def rotated(lamps: Lamps, rotation: NDArray[np.float64]) -> Lamps:
+    """Return lamps after a rotation of space, (3, 3): each direction d becomes ``d @ rotation``.
 
     Examples
     --------
     >>> lamps = Lamps(np.array([[0.0, 0.0, -1.0]]), np.ones(1))
-    >>> carried(lamps, np.array([[0.0, 1, 0], [0, 0, -1], [-1, 0, 0]])).directions.tolist()
+    >>> rotated(lamps, np.array([[0.0, 1, 0], [0, 0, -1], [-1, 0, 0]])).directions.tolist()
     [[1.0, 0.0, 0.0]]
     """
-    if (turn == np.eye(3)).all():
-        return lamps
-    return lamps._replace(directions=lamps.directions @ turn + 0.0)
+    if (rotation == np.eye(3)).all():
+        return lamps  # the same directions, of which a `Surface` keeps what each does
+    return lamps._replace(directions=lamps.directions @ rotation + 0.0)
 
 
 def turned(lamps: Lamps, degrees: float) -> Lamps:
@@ -64,7 +64,7 @@ def turned(lamps: Lamps, degrees: float) -> Lamps:
     [[1.0, 0.0, 0.0]]
     """
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    return carried(lamps, np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]))
+    return rotated(lamps, np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]))
 
 
 def softened(lamps: Lamps, softness: float) -> Lamps:

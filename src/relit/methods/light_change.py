@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from relit.methods.lit_face import linear, shown
+from relit.methods.lit_face import BRIGHTEST, linear, shown
 from relit.methods.scene import Relit
 
 if TYPE_CHECKING:
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from relit.methods.lit_face import Plane
 
 _SKINS = 0.4  # in log: how far two skins differ in colour; of rendered heads in white light, at most 0.26
-_BRIGHTEST = 0.95  # the share of a face that is darker than what says how bright it is
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +82,7 @@ class LightChange:
                 cast = max(0.0, 1 - _SKINS**2 / max(float(self.cast @ self.cast), 1e-12))
             made = made * np.exp(self.hue + (cast * self.cast).astype(np.float32))
         # A colour takes away from white light, as a filter does: the brightest channel is what is kept.
-        ours, new = (float(np.quantile(one[self.face].max(axis=1), _BRIGHTEST)) for one in (light, made))
+        ours, new = (float(np.quantile(one[self.face].max(axis=1), BRIGHTEST)) for one in (light, made))
         taken = exposure * np.log(max(self.theirs, 1e-4) / max(self.ours, 1e-4))
         anchor = np.log(ours / max(new, 1e-9)) + taken
         made = made * np.float32(np.exp(anchor))

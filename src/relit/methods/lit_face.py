@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,13 +27,14 @@ if TYPE_CHECKING:
 
     Plane: TypeAlias = NDArray[np.float32]
 
+#: The share of a face that is darker than what counts as its brightest.
+BRIGHTEST = 0.95
 # What each of these is worth: docs/leaderboard.md, The constants.
 _GRAIN = 0.01  # interocular distances that brightness is blurred over
 _HUE_GRAIN = 0.03  # the same of hue, which varies more slowly and is noisier
 # Of a face's brightest: what its light leaves darker is no base for a ratio. A photo is taken among walls,
 # and its curve lifts what is dark; where values are light as it is, less is still light.
 _DARKEST_SHADE, _DARKEST_AS_IS = 0.05, 0.02
-_BRIGHTEST = 0.95  # the share of a face that is darker than its brightest
 _NEARLY_ALL = 0.99  # the share of a face that is darker than the most a light makes of it
 _TIED = 0.1  # how much the lamps of a colour are like those of the brightness
 _MOST = 1.5  # in log: what is farther off than this is no skin
@@ -72,7 +74,7 @@ class LitFace:
         """
         made = self.surface.lit(lamps)
         inside = self.weight > 0.5
-        brightest = float(np.quantile(made[inside, 0] if inside.any() else made[..., 0], _BRIGHTEST))
+        brightest = float(np.quantile(made[inside, 0] if inside.any() else made[..., 0], BRIGHTEST))
         least = max((_DARKEST_SHADE if self.encoded else _DARKEST_AS_IS) * brightest, _DARKEST)
         shade = gaussian_filter(np.log(np.clip(made[..., 0], least, max(most, least))), blur)
         if lamps.colors is None:
@@ -88,16 +90,18 @@ class LitFace:
         made, inside = self.surface.lit(self.lamps)[..., 0], self.weight > 0.5
         return float(np.quantile(made[inside] if inside.any() else made, _NEARLY_ALL))
 
+    @cached_property
     def explained(self) -> float:
-        """Return how well the lamps explain the face: 1 if they do, 1/2 if as much is left as is usual."""
+        """How well the lamps explain the face: 1 if they do, 1/2 if as much is left as is usual."""
         inside = self.weight > 0.5
         if not inside.any():
             return 0.0
         usual = _USUAL if self.encoded else _USUAL_AS_IS
-        return 1 / (1 + (float(self.unexplained()[inside].std()) / usual) ** 2)
+        return 1 / (1 + (float(self.unexplained[inside].std()) / usual) ** 2)
 
+    @cached_property
     def unexplained(self) -> Plane:
-        """Return e, as far as it may be skin; its median over the skin is 0."""
+        """e, as far as it may be skin; its median over the skin is 0."""
         off = np.log(np.maximum(self.brightness, _DARKEST)) - self.shading(self.lamps)[0]
         inside = self.weight > 0.5
         middle = np.median(off[inside]) if inside.any() else 0

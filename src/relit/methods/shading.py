@@ -32,11 +32,12 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
 from relit.face.head import turn_between
-from relit.face.mirror import halves, twins
+from relit.face.mirror import twins
 from relit.face.shape import head_shape
-from relit.light.lamps import carried, softened, studio_lamps, turned
+from relit.light.lamps import rotated, softened, studio_lamps, turned
 from relit.methods.light_change import LightChange
-from relit.methods.lit_face import LitFace, brightness_of, explain, linear, shown
+from relit.methods.lit_face import BRIGHTEST, LitFace, brightness_of, explain, linear, shown
+from relit.methods.residual import of_reference, of_target
 from relit.methods.unlit import stand_in
 from relit.photo.color import LUMA_WEIGHTS
 from relit.settings.studio_lights import studio_light
@@ -51,8 +52,6 @@ if TYPE_CHECKING:
     from relit.methods.scene import Scene
 
 # What each of these is worth: docs/leaderboard.md, The constants.
-_THEIRS_SHARED, _THEIRS_DIFFERING = 0.4, 0.4  # a, of what the halves of a face share, and of what not
-_OURS_SHARED, _OURS_DIFFERING = 0.4, 0.8  # b, alike
 _NOISE, _RESIDUAL_NOISE, _HUE_NOISE = 0.08, 0.3, 0.1  # τ of D, of a residual, of a hue; in log
 _COARSE = 0.2  # interocular distances that a change is blurred over beyond the face
 # Interocular distances that a light is blurred over if it is not sure, and how well lamps explain what is. Of
@@ -61,10 +60,7 @@ _VAGUE, _SURE, _UNSURE = 0.15, 0.45, 0.15
 _NEARLY_ALL = 0.98  # the share of a face that changes less than the most that ears and neck may
 _LIDS = 0.08  # interocular distances that lids reach beyond the eyes
 _RIM = 0.03  # interocular distances that trust in the shape turns soft over at the rim of a head
-_FRINGE = 0.3  # in log: above the brows, what is farther off may be hair, and its shadow
 _FLAT = 0.2  # cosine of the angle to the camera up to which a reference shows nothing; at twice, it does
-_AROUND = 0.1  # interocular distances from where a residual is carried on over what is not skin
-_BRIGHTEST = 0.95  # the share of a face that is darker than what says how bright it is
 
 
 def relight(scene: Scene) -> LightChange:
@@ -84,23 +80,19 @@ def relight(scene: Scene) -> LightChange:
         seen = np.clip((-theirs.normals[..., 2] - _FLAT) / _FLAT, 0, 1) * scene.reference_skin
         reference = explain(scene.reference, theirs, seen, iod, encoded=scene.encoded)
         turn = turn_between(scene.reference_landmarks, face.landmarks)
-        lamps, most = turned(carried(reference.lamps, turn), options.turn), reference.most()
+        lamps, most = turned(rotated(reference.lamps, turn), options.turn), reference.most()
     lamps = softened(lamps, options.softness)
     old, old_hue = target.shading(target.lamps, blur=_blur_of(target, iod))
     new, new_hue = target.shading(lamps, most, _blur_of(reference, iod))
 
-    change, sure = new - old, 1.0 if reference is None else min(reference.explained() / _SURE, 1.0)
+    change, sure = new - old, 1.0 if reference is None else min(reference.explained / _SURE, 1.0)
     variance = float(change[face.interior].var())
     twin, blur = twins(face.landmarks, shape), 0.5 / scene.lam_px
-    shared, differing = halves(*_blurred(target, np.inf, blur, iod), twin)
-    residual = -_OURS_SHARED * shared - _OURS_DIFFERING * differing
+    residual = -of_target(target, twin, blur, iod)
     if reference is not None:
         change *= _shrunk(variance, _NOISE)
         if options.turn == 0:  # shadows and highlights that were found do not turn
-            no_hair = np.where(face.below_brows > 0.5, np.inf, _FRINGE).astype(np.float32)
-            shared, differing = halves(*_blurred(reference, no_hair, blur, iod), twin)
-            found = _THEIRS_SHARED * shared + _THEIRS_DIFFERING * differing
-            residual += (1 - options.softness) * sure * found
+            residual += (1 - options.softness) * sure * of_reference(reference, face.below_brows, blur, iod)
     bright = brightness_of(linear(scene.target, scene.encoded))
     missing, reached = stand_in(bright, target, reference, face.features, twin, iod)
     change += reached * variance / (variance + _RESIDUAL_NOISE**2) * residual
@@ -108,8 +100,7 @@ def relight(scene: Scene) -> LightChange:
     change = carried_on(_coarse_beyond(change, shape, face, iod), known, iod) + missing
     hue, cast = _hue(scene, new_hue, old_hue, sure)
     if hue is not None:
-        wide = [_coarse_beyond(channel, shape, face, iod) for channel in np.moveaxis(hue, -1, 0)]
-        hue = carried_on(np.stack(wide, axis=-1), known, iod)
+        hue = carried_on(_coarse_beyond(hue, shape, face, iod), known, iod)
     measured = target if reference is None else reference
     return LightChange(
         target=scene.target,
@@ -136,7 +127,7 @@ def _layers(
     person = light / (first if first.ndim == light.ndim else np.exp(old[0]))
     first *= np.median(person[inside], axis=0)
     person /= np.median(person[inside], axis=0)
-    second *= np.quantile(first[inside], _BRIGHTEST) / np.quantile(second[inside], _BRIGHTEST)
+    second *= np.quantile(first[inside], BRIGHTEST) / np.quantile(second[inside], BRIGHTEST)
     return {
         "target_light": shown(first, scene.encoded),
         "target_is_lit": reached,
@@ -147,13 +138,13 @@ def _layers(
 
 def _coarse_beyond(change: Plane, shape: FaceShape, face: FaceRegions, iod: float) -> Plane:
     """Return a change that is coarser where a template is: at ears, neck, skull, which no landmarks hold."""
-    head = shape.head.astype(np.float32)
-    near = np.maximum(gaussian_filter(head, _COARSE * iod), 1e-3)
-    wide = gaussian_filter(change * head, _COARSE * iod) / near
-    skin = change[face.skin_area]
-    wide = np.clip(wide, *np.quantile(skin, [1 - _NEARLY_ALL, _NEARLY_ALL]))
-    held = np.clip(face.distance / (_COARSE * iod), 0, 1).astype(np.float32)
-    return np.asarray(held * change + (1 - held) * wide, np.float32)
+    planes, head = np.atleast_3d(change), shape.head[..., None].astype(np.float32)
+    blur = (_COARSE * iod, _COARSE * iod, 0)
+    wide = gaussian_filter(planes * head, blur) / np.maximum(gaussian_filter(head, blur), 1e-3)
+    skin = planes[face.skin_area]
+    wide = np.clip(wide, *np.quantile(skin, [1 - _NEARLY_ALL, _NEARLY_ALL], axis=0))
+    held = np.clip(face.distance / (_COARSE * iod), 0, 1).astype(np.float32)[..., None]
+    return np.asarray(held * planes + (1 - held) * wide, np.float32).reshape(change.shape)
 
 
 def _eyes_and_mouth(face: FaceRegions) -> Plane:
@@ -171,25 +162,12 @@ def _blur_of(face: LitFace | None, iod: float) -> float:
     """Return the blur, in px, of a light that a face shows: where lamps explain little, they are not sure."""
     if face is None:
         return 0.0
-    return _VAGUE * iod * float(np.clip((_SURE - face.explained()) / (_SURE - _UNSURE), 0, 1))
+    return _VAGUE * iod * float(np.clip((_SURE - face.explained) / (_SURE - _UNSURE), 0, 1))
 
 
 def _shrunk(variance: float, noise: float) -> float:
     """Return κ: the share of what varies so much that is more than noise."""
     return max(0.0, 1 - noise**2 / max(variance, 1e-12))
-
-
-def _blurred(face: LitFace, most: Plane | float, blur: float, iod: float) -> tuple[Plane, Plane]:
-    """Return a face's e, blurred where there is skin and carried on from there, and where that is known."""
-    unexplained, weight = np.clip(face.unexplained(), -most, most), face.weight
-    near = gaussian_filter(weight, blur)
-    fine = gaussian_filter(unexplained * weight, blur) / np.maximum(near, 1e-3)
-    wide = gaussian_filter(unexplained * weight, _AROUND * iod) / np.maximum(
-        gaussian_filter(weight, _AROUND * iod), 1e-2
-    )
-    share = np.minimum(4 * near, 1)
-    carried = np.minimum(4 * gaussian_filter(weight, _AROUND * iod), 1)
-    return np.asarray(share * fine + (1 - share) * carried * wide, np.float32), carried
 
 
 def _hue(
@@ -222,7 +200,7 @@ def _colors_of(scene: Scene) -> Plane:
 def _brightest(face: LitFace, inside: NDArray[np.bool_]) -> float:
     """Return the brightness of a face where it is lit."""
     skin = (face.weight > 0.5) & inside
-    return float(np.quantile(face.brightness[skin if skin.any() else inside], _BRIGHTEST))
+    return float(np.quantile(face.brightness[skin if skin.any() else inside], BRIGHTEST))
 
 
 def _soft(head: NDArray[np.bool_], iod: float) -> Plane:
@@ -234,4 +212,4 @@ def _soft(head: NDArray[np.bool_], iod: float) -> Plane:
 def _confidence(reference: LitFace, target: LitFace) -> float:
     """Return how far a light can be trusted: the share of the face that shows it, less what is left over."""
     seen = float(reference.weight.sum()) / max(float(target.weight.sum()), 1e-9)
-    return min(seen, 1.0) * reference.explained()
+    return min(seen, 1.0) * reference.explained

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.ndimage import gaussian_filter, grey_erosion, map_coordinates
 
-from relit.methods.lit_face import shown
+from relit.methods.lit_face import BRIGHTEST, shown
 from relit.photo.pixels import GAMMA
 
 if TYPE_CHECKING:
@@ -24,7 +24,6 @@ _UNLIT, _LIT = 0.03, 0.3  # encoded brightness, of a face's brightest, that says
 _SLANTED = 0.5  # sine of the angle from which on a light casts shadows at their deepest
 _SHADOW_EDGE = 0.07  # interocular distances that a shadow is widened by: at its edge light and person mix
 _WIDE = 0.04  # interocular distances that brightness is looked at over
-_BRIGHTEST = 0.95  # the share of a face that is darker than its brightest
 _PERSON, _HALVES = 0.35, 0.4  # in log of the encoded: how different two people are, and the halves of one
 _NOISE = 2 / 255  # of an encoded photo
 _LEAST = 1e-5  # linear brightness that counts as black
@@ -35,7 +34,7 @@ def lit(face: LitFace, iod: float) -> Plane:
     """Return where a face's own light reaches: 0 to 1, and less at a shadow's edge than within the light."""
     skin = face.weight > 0.5
     seen = shown(gaussian_filter(face.brightness, _WIDE * iod), face.encoded)
-    brightest = float(np.quantile(seen[skin] if skin.any() else seen, _BRIGHTEST))
+    brightest = float(np.quantile(seen[skin] if skin.any() else seen, BRIGHTEST))
     size = max(1, round(_SHADOW_EDGE * iod))
     seen = gaussian_filter(grey_erosion(seen / max(brightest, 1e-6), (size, size)), size / 3)
     share = np.clip((seen - _UNLIT) / (_LIT - _UNLIT), 0, 1)
