@@ -38,15 +38,10 @@ _PEOPLE, _MODES = 800, 60  # with 40 modes, faces are as good and necks worse; w
 _EYES = ("helper-r-eye", "helper-l-eye")
 _MIDDLE = 0.002  # interocular distances from the plane of symmetry, within which a vertex lies on it
 _BEHIND = 2  # rings of what nobody sees that are kept, so that parted lips leave no hole
-_BOTTOM, _ASIDE = (
-    2.9,
-    2.45,
-)  # interocular distances below and beside the middle of the eyes, where the head ends
+_BOTTOM, _ASIDE = 2.9, 2.45  # interocular distances below and beside the eyes, where the head ends
 
-_YAWS, _PITCHES = (
-    (-60, -40, -20, 0, 20, 40, 60),
-    (-24, -12, 0, 12, 24),
-)  # degrees, from which the detector looks
+# Degrees from which the detector looks.
+_YAWS, _PITCHES = (-60, -40, -20, 0, 20, 40, 60), (-24, -12, 0, 12, 24)
 _SIDE, _SCALE = 700, 150  # px of a picture, and of the interocular distance in it
 _KEY, _FILL, _AMBIENT = np.array([-0.18, -0.24, -0.52]), np.array([0.15, -0.06, -0.25]), 0.12
 _SKIN, _LIPS, _EYEBALL, _IRIS = (0.82, 0.62, 0.52), (0.70, 0.34, 0.34), (0.9, 0.9, 0.9), (0.12, 0.12, 0.12)

@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 _NOISE, _RESIDUAL_NOISE, _HUE_NOISE = 0.08, 0.3, 0.1  # τ of D, of a residual, of a hue; in log
 _COARSE = 0.2  # interocular distances that a change is blurred over beyond the face
 # Interocular distances that a light is blurred over if it is not sure, and how well lamps explain what is. Of
-# rendered heads no figure changes; of photos, shadows have no edges that are the template's.
+# rendered heads, lum is .01 off; of photos, shadows have no edges that are the template's.
 _VAGUE, _SURE, _UNSURE = 0.15, 0.45, 0.15
 _NEARLY_ALL = 0.98  # the share of a face that changes less than the most that ears and neck may
 _LIDS = 0.08  # interocular distances that lids reach beyond the eyes
