@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
-from relit.compose.person_matte import corners_round, hair, person_matte
+from relit.compose.person_matte import corners_round, hair, person_matte, sparing_hair
 from relit.evaluate.color_difference import ciede2000
 from relit.evaluate.heads import Heads
 from relit.face.detect import detect_faces, detect_landmarks
@@ -134,3 +134,16 @@ def test_a_painted_plane_falls_back_to_skin(face_points):
     mask = person_matte(whole(np.full((460, 460, 3), (205, 150, 125), np.uint8), face))
     assert mask[whole(np.zeros((460, 460), np.uint8), face).regions.skin_area].min() > 0.99
     assert not mask[:20].any()
+
+
+def test_hair_and_cloth_take_less_of_brightness_than_of_hue(portraits):
+    photo = read_image(portraits / "030_03.jpg").pixels
+    view = seen(photo, detect_landmarks(photo))
+    change = np.broadcast_to(np.float32([-0.4, -0.9, -1.3]), photo.shape).copy()
+    made, cloth, skin = sparing_hair(change, view), hair(view) > 0.99, hair(view) < 0.001
+    assert min(cloth.mean(), skin.mean()) > 0.02
+    np.testing.assert_allclose(made[skin], change[skin], atol=2e-3)
+    spared = made[cloth] / change[cloth]
+    assert np.all(spared[:, 0] < 0.5)
+    between = (made[cloth] - made[cloth][:, :1])[:, 1:] / (change[cloth] - change[cloth][:, :1])[:, 1:]
+    assert np.all((between > 0.5) & (between < 1))

@@ -50,7 +50,7 @@ def test_size_and_depth_do_not_matter(astronaut):
     wide = person(whole(photo.astype(np.uint16) * 257, face))
     np.testing.assert_array_equal(likely, wide)
     half = person(whole(photo.reshape(256, 2, 256, 2, 3).mean(axis=(1, 3)) / 255, face.reduced(2)))
-    assert overlap(half > 0.5, likely[::2, ::2] > 0.5) > 0.97
+    assert overlap(half > 0.5, likely[::2, ::2] > 0.5) > 0.95
 
 
 def test_grey_will_do(astronaut):
@@ -59,3 +59,13 @@ def test_grey_will_do(astronaut):
     likely = person(whole(grey, face))
     assert likely.shape == grey.shape
     assert likely[face.xy[1, 1].round().astype(int), face.xy[1, 0].round().astype(int)] > 0.9
+
+
+def test_shoulders_far_from_the_face_are_the_persons(portraits):
+    photo = read_image(portraits / "030_03.jpg").pixels
+    likely = person(whole(photo, detect_landmarks(photo)))
+    height, width = likely.shape
+    low, high = slice(int(0.97 * height), None), slice(None, int(0.2 * height))
+    left, right = slice(int(0.1 * width), int(0.15 * width)), slice(int(0.85 * width), int(0.9 * width))
+    assert min(likely[low, left].min(), likely[low, right].min()) > 0.9
+    assert max(likely[high, left].max(), likely[high, right].max()) < 0.1

@@ -29,7 +29,7 @@ def test_a_wall_covers_the_sky_up_to_its_edge(way):
     depth = np.where(np.arange(120) < 60, 0.0, -height) * np.ones((120, 1))
     # The wall is to the right; turned, it is above, to the left, below.
     turned = np.rot90(depth, way)
-    seen = np.rot90(horizons(turned, np.ones(depth.shape, bool), IOD), -way)[60, foot]
+    seen = np.rot90(horizons(turned, np.ones(depth.shape, bool), IOD), -way, (1, 2))[:, 60, foot]
     towards, away = seen[(-4 * way) % 16], seen[(8 - 4 * way) % 16]
     assert towards == pytest.approx(np.arctan2(height, 60 - foot), abs=0.1)
     assert away == pytest.approx(0, abs=0.05)
@@ -42,7 +42,7 @@ def test_what_is_no_surface_covers_nothing():
     depth = np.where(np.arange(120) < 60, 0.0, -15.0) * np.ones((120, 1))
     solid = np.arange(120) < 60
     seen = horizons(depth, solid * np.ones((120, 1), bool), IOD)
-    assert seen[:, :50].max() < 0.05
+    assert seen[:, :, :50].max() < 0.05
 
 
 @pytest.mark.parametrize("azimuth", [0.0, 45.0, 100.0, 191.0, 300.0])
@@ -103,5 +103,5 @@ def test_size_does_not_matter(dome_on_a_plane):
     """A head twice as large, with eyes twice as far apart, has the same horizons."""
     y, x = np.mgrid[-140:141, -140:141]
     depth = -np.sqrt(np.maximum(50.0**2 - x**2 - y**2, 0))
-    large = horizons(depth, np.ones(depth.shape, bool), 2 * IOD)[::2, ::2]
-    assert np.abs(large - dome_on_a_plane[3])[10:-10, 10:-10].mean() < 0.01
+    large = horizons(depth, np.ones(depth.shape, bool), 2 * IOD)[:, ::2, ::2]
+    assert np.abs(large - dome_on_a_plane[3])[:, 10:-10, 10:-10].mean() < 0.01

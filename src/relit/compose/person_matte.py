@@ -28,8 +28,9 @@ if TYPE_CHECKING:
     from relit.face.views import View
 
 # How far beyond the face's outline a change goes on in full, and where it ends, in interocular distances. Of
-# 24 photos, no hair but buns and long hair reaches the first of these; shoulders lie between those below.
-_ABOVE, _BESIDE, _BELOW = (1.4, 1.8), (0.7, 1.25), (0.3, 1.7)
+# 24 photos, no hair but buns and long hair reaches the first of these; shoulders and chests lie between those
+# below.
+_ABOVE, _BESIDE, _BELOW = (1.4, 1.8), (1.5, 3.0), (0.8, 4.0)
 _SHOULDERS, _NECK = 0.9, 0.8  # how much nearer a change begins to fade beside the end of the neck
 _AROUND = 0.1  # beyond that to the view's end, so that nothing changes there
 # What each of these is worth was seen on twelve rendered heads and 24 photos.
@@ -42,7 +43,8 @@ _CONTRAST = 0.05  # of 1: colours nearer to each other than that do not tell
 _SEEN = 0.02  # share of a window that has to be surely one or the other
 _FROM, _RISE = 0.2, 0.4  # likeliness that begins to count, and how much more is all of it
 _FARTHER, _DOUBT = 0.3, 2.0  # how much later it begins per interocular distance, and by the share of doubt
-_SPARED = 0.6  # of a change that hair and cloth do not take, by eye on forty pairs
+# Of a change of brightness, and of hue, that hair and cloth do not take; by eye on forty pairs.
+_SPARED, _SPARED_HUE = 0.6, 0.3
 _PATCH = 0.03  # interocular distances over which skin and hair turn into each other
 _OVERHANG = 0.12  # interocular distances that a mesh may overhang a cheek
 _FAINT = 0.08  # of the matte: of twelve rendered heads, walls take less (mean ΔE00 .027, not .032 with .04)
@@ -235,6 +237,8 @@ def _colors(
 def sparing_hair(change: NDArray[np.float32], view: View) -> NDArray[np.float32]:
     """Return a change of which hair and cloth take less: they scatter light, and lie where no template does.
 
+    How bright they get is what the brightest channel tells, as of a light behind a filter.
+
     Parameters
     ----------
     change : (h, w, k) float32 array
@@ -245,4 +249,6 @@ def sparing_hair(change: NDArray[np.float32], view: View) -> NDArray[np.float32]
     -------
     (h, w, k) float32 array
     """
-    return change * (1 - _SPARED * hair(view))[..., None]
+    part = hair(view)[..., None]
+    bright = change.max(axis=2, keepdims=True)
+    return np.asarray(bright * (1 - _SPARED * part) + (change - bright) * (1 - _SPARED_HUE * part))

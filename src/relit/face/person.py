@@ -1,6 +1,7 @@
 """Who is in a photo: the person whose face it is, with hair, neck and clothes, told from what is behind.
 
-A network, MediaPipe's selfie segmentation, looks at a square round the head. It sees persons, not which.
+A network, MediaPipe's selfie segmentation, looks at a square round the head, and at a wider one for shoulders
+and chest. It sees persons, not which.
 """
 
 from __future__ import annotations
@@ -19,9 +20,10 @@ if TYPE_CHECKING:
 
     from relit.face.views import View
 
-# Side of the square, and how far below the eyes its middle is, in interocular distances. On twelve rendered
+# Side of a square, and how far below the eyes its middle is, in interocular distances. On twelve rendered
 # heads, sides of 5 to 6 and 0 to 0.3 have a mean IoU of .991; a side of 4 at most .97, one of 7 .989.
-_SIDE, _BELOW_EYES = 5.5, 0.3
+_NEAR, _WIDE = (5.5, 0.3), (9.0, 1.5)
+_RIM = 0.1  # of a square, over which the near one goes over into the wide one
 
 
 @remembered
@@ -37,27 +39,41 @@ def person(view: View) -> NDArray[np.float32]:
     >>> likely.shape, bool(likely[100, 230] > 0.9), bool(likely[20, 20] < 0.1)
     ((512, 512), True, True)
     """
-    square = _square_round(view)
     photo = Image.fromarray(np.rint(255 * to_unit(view.pixels)).astype(np.uint8)).convert("RGB")
-    seen = see_person(photo, square)
-    pad = len(seen) // 4  # a view may reach beyond the square
-    step = square.side / len(seen)
+    near, wide = (_seen(photo, _square_round(view, *where)) for where in (_NEAR, _WIDE))
+    trust = near[..., 1:]
+    return np.asarray(trust * near + (1 - trust) * wide, np.float32)[..., 0]
+
+
+def _seen(photo: Image.Image, square: Square) -> NDArray[np.float32]:
+    """Return how likely each pixel is a person's, and if it is in the square, less at its rim: (h, w, 2)."""
+    likely = see_person(photo, square)
+    pad = len(likely) // 4  # a view may reach beyond the square
+    step = square.side / len(likely)
     # From (x, y) of the view to those of what was seen, both from the corners of pixels.
     turn = square.turn / step
-    first = len(seen) / 2 + pad - turn @ (square.x + 0.5, square.y + 0.5)
-    padded = Image.fromarray(np.pad(seen, pad, mode="edge"))
+    first = len(likely) / 2 + pad - turn @ (square.x + 0.5, square.y + 0.5)
     rows = (*turn[0], first[0], *turn[1], first[1])
-    likely = padded.transform(photo.size, Image.Transform.AFFINE, rows, Image.Resampling.BILINEAR)
-    return np.asarray(likely, np.float32)
+    away = np.minimum(np.arange(len(likely)), np.arange(len(likely))[::-1]) / (_RIM * len(likely))
+    inside = np.clip(np.minimum(away, away[:, None]), 0, 1).astype(np.float32)
+    planes = [
+        np.asarray(
+            Image.fromarray(plane).transform(
+                photo.size, Image.Transform.AFFINE, rows, Image.Resampling.BILINEAR
+            )
+        )
+        for plane in (np.pad(likely, pad, mode="edge"), np.pad(inside, pad))
+    ]
+    return np.stack(planes, axis=-1)
 
 
-def _square_round(view: View) -> Square:
-    """Return the square round a head, along its eyes."""
+def _square_round(view: View, side: float, below: float) -> Square:
+    """Return a square round a head, along its eyes."""
     face = view.regions
-    middle = _middle(view) - _BELOW_EYES * face.interocular_distance * face.up
+    middle = _middle(view) - below * face.interocular_distance * face.up
     x, y = face.across
-    side, angle = _SIDE * face.interocular_distance, float(np.arctan2(y, x))
-    return Square(float(middle[0]), float(middle[1]), side, angle)
+    angle = float(np.arctan2(y, x))
+    return Square(float(middle[0]), float(middle[1]), side * face.interocular_distance, angle)
 
 
 def _middle(view: View) -> NDArray[np.float64]:

@@ -76,12 +76,12 @@ class Lamps(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """What of a head light falls on: as coarse as shadows are soft, 40 to 80 px between the eyes.
+    """What of a head light falls on: as coarse as shadows are soft, 27 to 60 px between the eyes.
 
     Attributes
     ----------
     normals : (h, w, 3) float32 array
-    horizon : (h, w, 16) float32 array
+    horizon : (16, h, w) float32 array
         As of `horizon.horizons`.
     factor : int
         By which the photo is reduced.
@@ -95,16 +95,18 @@ class Surface:
     shape: tuple[int, int]
 
     def basis(self, directions: NDArray[Any]) -> NDArray[np.float32]:
-        """Return what a lamp of strength 1 does from each of n directions, (h, w, n)."""
+        """Return what a lamp of strength 1 does from each of n directions, (n, h, w)."""
+        facing = np.moveaxis(self.normals, -1, 0).reshape(3, -1)
         with one_blas_thread():
-            made = np.maximum(self.normals @ directions.T.astype(np.float32), 0)
-        for k, lamp in enumerate(directions):
-            made[..., k] *= visible(self.horizon, lamp)
+            made: NDArray[np.float32] = np.maximum(directions.astype(np.float32) @ facing, 0)
+        made = made.reshape(len(directions), *self.normals.shape[:2])
+        for does, lamp in zip(made, directions, strict=True):
+            does *= visible(self.horizon, lamp)
         return made
 
     @cached_property
     def under_dome(self) -> NDArray[np.float32]:
-        """What each lamp of the dome does, (h, w, 100)."""
+        """What each lamp of the dome does, (100, h, w)."""
         return self.basis(DOME)
 
     def lit(self, lamps: Lamps) -> NDArray[np.float32]:
@@ -114,14 +116,15 @@ class Surface:
             weights = np.hstack([weights, lamps.colors])
         basis = self.under_dome if lamps.directions is DOME else self.basis(lamps.directions)
         with one_blas_thread():
-            made = basis @ weights.astype(np.float32)
+            made = weights.T.astype(np.float32) @ basis.reshape(len(basis), -1)
+        made = np.ascontiguousarray(made.T).reshape(*basis.shape[1:], -1)
         return Enlarger(made, self.factor, self.shape).rows(0, self.shape[0])
 
 
 @remembered
 def surface_of(shape: FaceShape, iod: float) -> Surface:
     """Return what of a head light falls on; `iod` is the interocular distance in px."""
-    factor = max(int(iod / _SEEN), 1)
+    factor = max(round(iod / _SEEN), 1)
     normals = reduced(shape.normals, factor)
     depth = reduced(shape.depth, factor) / factor
     solid = reduced(shape.head.astype(np.float32), factor) > 0.5

@@ -41,7 +41,7 @@ def horizons(depth: NDArray[np.floating], solid: NDArray[np.bool_], iod: float) 
 
     Returns
     -------
-    (H, W, 16) float32 array
+    (16, H, W) float32 array
         In rad over the image's plane, towards the camera; from the direction of x on, by way of y.
 
     Examples
@@ -49,7 +49,7 @@ def horizons(depth: NDArray[np.floating], solid: NDArray[np.bool_], iod: float) 
     At the foot of a wall on the right, that side is covered:
 
     >>> depth = np.where(np.arange(80) < 40, 0.0, -10.0) * np.ones((80, 1))
-    >>> seen = horizons(depth, np.ones((80, 80), bool), 20.0)[40, 36]
+    >>> seen = horizons(depth, np.ones((80, 80), bool), 20.0)[:, 40, 36]
     >>> bool(seen[0] > 0.8), bool(seen[8] < 0.1)
     (True, True)
     """
@@ -65,7 +65,7 @@ def horizons(depth: NDArray[np.floating], solid: NDArray[np.bool_], iod: float) 
             there = blocker[y : y + height, x : x + width]
             np.maximum(slope, (surface - there) / np.float32(step), out=slope)
         planes.append(gaussian_filter(np.arctan(slope), _BLUR * iod))
-    return np.stack(planes, axis=-1)
+    return np.stack(planes)
 
 
 def visible(horizon: NDArray[np.floating], direction: NDArray[np.floating]) -> NDArray[np.float32]:
@@ -73,7 +73,7 @@ def visible(horizon: NDArray[np.floating], direction: NDArray[np.floating]) -> N
 
     Parameters
     ----------
-    horizon : (..., 16) array
+    horizon : (16, ...) array
         As of `horizons`.
     direction : (3,) array
         Towards the lamp, ``(x, y, z)``, z growing away from the camera.
@@ -87,6 +87,6 @@ def visible(horizon: NDArray[np.floating], direction: NDArray[np.floating]) -> N
     way = np.arctan2(y, x) / (2 * np.pi) * _WAYS
     before = int(np.floor(way))
     share = np.float32(way - before)
-    edge = (1 - share) * horizon[..., before % _WAYS] + share * horizon[..., (before + 1) % _WAYS]
+    edge = (1 - share) * horizon[before % _WAYS] + share * horizon[(before + 1) % _WAYS]
     elevation = np.arctan2(-z, np.hypot(x, y))
     return np.asarray(np.clip((elevation - edge) / (2 * _SOFT) + 0.5, 0, 1), np.float32)

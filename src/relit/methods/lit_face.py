@@ -13,7 +13,7 @@ from relit.light.dome import DOME, Lamps, fit_lamps, surface_of
 from relit.photo.color import LUMA_WEIGHTS
 from relit.photo.pixels import DARKEST, to_unit
 from relit.photo.profile import decode_srgb, encode_srgb
-from relit.photo.resampling import reduced
+from relit.photo.resampling import blurred, reduced
 from relit.runtime.memo import remembered
 from relit.runtime.threads import one_blas_thread
 
@@ -38,8 +38,9 @@ _DARKEST_SHADE, _DARKEST_AS_IS = 0.05, 0.02
 _NEARLY_ALL = 0.99  # the share of a face that is darker than the most a light makes of it
 _TIED = 0.1  # how much the lamps of a colour are like those of the brightness
 _MOST = 1.5  # in log: what is farther off than this is no skin
-# In log: the standard deviation of what lamps leave; more where shadows are as dark as in a laboratory.
-_USUAL, _USUAL_AS_IS = 0.3, 0.7
+# Of a face's brightest, as encoded: the standard deviation of what lamps leave; more where shadows are as
+# dark as in a laboratory.
+_USUAL, _USUAL_AS_IS = 0.1, 0.2
 _DARKEST = 1e-4  # linear brightness below which there is only noise
 
 
@@ -76,14 +77,14 @@ class LitFace:
         inside = self.weight > 0.5
         brightest = float(np.quantile(made[inside, 0] if inside.any() else made[..., 0], BRIGHTEST))
         least = max((_DARKEST_SHADE if self.encoded else _DARKEST_AS_IS) * brightest, _DARKEST)
-        shade = gaussian_filter(np.log(np.clip(made[..., 0], least, max(most, least))), blur)
+        shade = blurred(np.log(np.clip(made[..., 0], least, max(most, least))), blur)
         if lamps.colors is None:
             return shade, None
         gains = lamps.colors.sum(axis=0) / max(float(lamps.weights.sum()), _DARKEST)
         ground = (least - np.minimum(made[..., :1], least)) * gains.astype(np.float32)
         bright = np.log(np.maximum(made[..., :1], least))
         hue = np.log(np.maximum(made[..., 1:] + ground, _DARKEST)) - bright
-        return shade, gaussian_filter(hue, (blur, blur, 0))
+        return shade, blurred(hue, blur)
 
     def most(self) -> float:
         """Return the most that the lamps make of this face where it shows skin."""
@@ -92,12 +93,15 @@ class LitFace:
 
     @cached_property
     def explained(self) -> float:
-        """How well the lamps explain the face: 1 if they do, 1/2 if as much is left as is usual."""
+        """How well lamps explain the face, as the eye sees it: 1 if they do, 1/2 if what is usual is left."""
         inside = self.weight > 0.5
         if not inside.any():
             return 0.0
+        made = np.exp(self.shading(self.lamps)[0][inside])
+        brightest = np.quantile(self.brightness[inside], BRIGHTEST)
+        seen, wanted = (encode_srgb(light / brightest) for light in (self.brightness[inside], made))
         usual = _USUAL if self.encoded else _USUAL_AS_IS
-        return 1 / (1 + (float(self.unexplained[inside].std()) / usual) ** 2)
+        return float(1 / (1 + ((seen - wanted).std() / usual) ** 2))
 
     @cached_property
     def unexplained(self) -> Plane:
@@ -148,7 +152,7 @@ def explain(planes: NDArray[Any], shape: FaceShape, weight: Plane, iod: float, *
     brightness = gaussian_filter(brightness_of(light), _GRAIN * iod)
     counts = reduced(weight, surface.factor)
     skin = counts > 0.5 if np.any(counts > 0.5) else np.ones(counts.shape, bool)
-    basis, counts = surface.under_dome[skin], counts[skin]
+    basis, counts = surface.under_dome[:, skin].T, counts[skin]
     weights = fit_lamps(basis, reduced(brightness, surface.factor)[skin], counts)
     colors = None
     if light.ndim == 3:

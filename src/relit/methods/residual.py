@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
 
 from relit.face.mirror import halves
+from relit.photo.resampling import blurred
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -51,8 +51,8 @@ def of_target(target: LitFace, twin: NDArray[np.float64] | None, blur: float, io
 def _blurred(face: LitFace, most: Plane | float, blur: float, iod: float) -> tuple[Plane, Plane]:
     """Return a face's e, blurred where there is skin and carried on from there, and where that is known."""
     unexplained, weight = np.clip(face.unexplained, -most, most), face.weight
-    near, around = gaussian_filter(weight, blur), gaussian_filter(weight, _AROUND * iod)
-    fine = gaussian_filter(unexplained * weight, blur) / np.maximum(near, 1e-3)
-    wide = gaussian_filter(unexplained * weight, _AROUND * iod) / np.maximum(around, 1e-2)
+    near, around = blurred(weight, blur), blurred(weight, _AROUND * iod)
+    fine = blurred(unexplained * weight, blur) / np.maximum(near, 1e-3)
+    wide = blurred(unexplained * weight, _AROUND * iod) / np.maximum(around, 1e-2)
     share, known = np.minimum(4 * near, 1), np.minimum(4 * around, 1)
     return np.asarray(share * fine + (1 - share) * known * wide, np.float32), known

@@ -40,6 +40,7 @@ from relit.methods.lit_face import BRIGHTEST, LitFace, brightness_of, explain, l
 from relit.methods.residual import of_reference, of_target
 from relit.methods.unlit import stand_in
 from relit.photo.color import LUMA_WEIGHTS
+from relit.photo.resampling import blurred
 from relit.settings.studio_lights import studio_light
 from relit.solver.membrane import carried_on
 
@@ -54,11 +55,12 @@ if TYPE_CHECKING:
 # What each of these is worth: docs/leaderboard.md, The constants.
 _NOISE, _RESIDUAL_NOISE, _HUE_NOISE = 0.08, 0.3, 0.1  # τ of D, of a residual, of a hue; in log
 _COARSE = 0.2  # interocular distances that a change is blurred over beyond the face
-# Interocular distances that a light is blurred over if it is not sure, and how well lamps explain what is. Of
-# rendered heads, lum is .01 off; of photos, shadows have no edges that are the template's.
-_VAGUE, _SURE, _UNSURE = 0.15, 0.45, 0.15
+# Interocular distances that a light is blurred over if it is not sure, and how well lamps explain a face
+# whose light is, and is not. Of rendered heads nearly all are; of photos, shadows lose the template's edges.
+_VAGUE, _SURE, _UNSURE = 0.5, 0.42, 0.3
 _NEARLY_ALL = 0.98  # the share of a face that changes less than the most that ears and neck may
 _LIDS = 0.08  # interocular distances that lids reach beyond the eyes
+_CHEST = 0.4, 0.9  # interocular distances below a face where a neck begins to end, and has ended
 _RIM = 0.03  # interocular distances that trust in the shape turns soft over at the rim of a head
 _FLAT = 0.2  # cosine of the angle to the camera up to which a reference shows nothing; at twice, it does
 
@@ -85,7 +87,7 @@ def relight(scene: Scene) -> LightChange:
     old, old_hue = target.shading(target.lamps, blur=_blur_of(target, iod))
     new, new_hue = target.shading(lamps, most, _blur_of(reference, iod))
 
-    change, sure = new - old, 1.0 if reference is None else min(reference.explained / _SURE, 1.0)
+    change, sure = new - old, _sure_of(reference)
     variance = float(change[face.interior].var())
     twin, blur = twins(face.landmarks, shape), 0.5 / scene.lam_px
     residual = -of_target(target, twin, blur, iod)
@@ -96,17 +98,16 @@ def relight(scene: Scene) -> LightChange:
     bright = brightness_of(linear(scene.target, scene.encoded))
     missing, reached = stand_in(bright, target, reference, face.features, twin, iod)
     change += reached * variance / (variance + _RESIDUAL_NOISE**2) * residual
-    known = _soft(shape.head, iod) * (1 - _eyes_and_mouth(face))
-    change = carried_on(_coarse_beyond(change, shape, face, iod), known, iod) + missing
-    hue, cast = _hue(scene, new_hue, old_hue, sure)
-    if hue is not None:
-        hue = carried_on(_coarse_beyond(hue, shape, face, iod), known, iod)
+    known = _soft(shape.head, iod) * (1 - _eyes_and_mouth(face)) * _above_chest(face)
+    hue, cast = _hue(scene, new_hue, old_hue, _HUE_NOISE * (2 - sure))
+    planes = change[..., None] if hue is None else np.concatenate([change[..., None], hue], axis=2)
+    planes = carried_on(_coarse_beyond(planes, shape, face, iod), known, iod)
     measured = target if reference is None else reference
     return LightChange(
         target=scene.target,
         encoded=scene.encoded,
-        brightness=np.asarray(change, np.float32),
-        hue=hue,
+        brightness=np.asarray(planes[..., 0] + missing, np.float32),
+        hue=None if hue is None else planes[..., 1:],
         cast=cast,
         face=face.interior,
         ours=_brightest(target, face.interior),
@@ -136,15 +137,14 @@ def _layers(
     }
 
 
-def _coarse_beyond(change: Plane, shape: FaceShape, face: FaceRegions, iod: float) -> Plane:
+def _coarse_beyond(planes: Plane, shape: FaceShape, face: FaceRegions, iod: float) -> Plane:
     """Return a change that is coarser where a template is: at ears, neck, skull, which no landmarks hold."""
-    planes, head = np.atleast_3d(change), shape.head[..., None].astype(np.float32)
-    blur = (_COARSE * iod, _COARSE * iod, 0)
-    wide = gaussian_filter(planes * head, blur) / np.maximum(gaussian_filter(head, blur), 1e-3)
+    head, blur = shape.head[..., None].astype(np.float32), _COARSE * iod
+    wide = blurred(planes * head, blur) / np.maximum(blurred(head, blur), 1e-3)
     skin = planes[face.skin_area]
     wide = np.clip(wide, *np.quantile(skin, [1 - _NEARLY_ALL, _NEARLY_ALL], axis=0))
-    held = np.clip(face.distance / (_COARSE * iod), 0, 1).astype(np.float32)[..., None]
-    return np.asarray(held * planes + (1 - held) * wide, np.float32).reshape(change.shape)
+    held = np.clip(face.distance / blur, 0, 1).astype(np.float32)[..., None]
+    return np.asarray(held * planes + (1 - held) * wide, np.float32)
 
 
 def _eyes_and_mouth(face: FaceRegions) -> Plane:
@@ -158,11 +158,26 @@ def _eyes_and_mouth(face: FaceRegions) -> Plane:
     return gaussian_filter(near.astype(np.float32), _LIDS / 2 * iod)
 
 
+def _above_chest(face: FaceRegions) -> Plane:
+    """Return where light on a head is known, 0 to 1: not on shoulders, clothed and no template's."""
+    rows, columns = (np.arange(size, dtype=np.float32) for size in face.shape)
+    up = face.up.astype(np.float32)
+    height = columns * up[0] + (rows * up[1])[:, None] - np.float32((face.outline @ face.up).min())
+    first, last = _CHEST
+    share = (last + height / np.float32(face.interocular_distance)) / (last - first)
+    return np.asarray(np.clip(share, 0, 1), np.float32)
+
+
 def _blur_of(face: LitFace | None, iod: float) -> float:
     """Return the blur, in px, of a light that a face shows: where lamps explain little, they are not sure."""
+    return _VAGUE * iod * (1 - _sure_of(face))
+
+
+def _sure_of(face: LitFace | None) -> float:
+    """Return how far the light that a face shows is sure, 0 to 1."""
     if face is None:
-        return 0.0
-    return _VAGUE * iod * float(np.clip((_SURE - face.explained) / (_SURE - _UNSURE), 0, 1))
+        return 1.0
+    return float(np.clip((face.explained - _UNSURE) / (_SURE - _UNSURE), 0, 1))
 
 
 def _shrunk(variance: float, noise: float) -> float:
@@ -171,7 +186,7 @@ def _shrunk(variance: float, noise: float) -> float:
 
 
 def _hue(
-    scene: Scene, new: Plane | None, old: Plane | None, sure: float
+    scene: Scene, new: Plane | None, old: Plane | None, noise: float
 ) -> tuple[Plane | None, NDArray[np.float64]]:
     """Return by how much more than the brightness each colour changes, and the mean of that."""
     none = np.zeros(3)
@@ -186,7 +201,7 @@ def _hue(
     low, high = np.quantile(change[scene.face.skin_area], [1 - _NEARLY_ALL, _NEARLY_ALL], axis=0)
     change = np.clip(change, low, high).astype(np.float32) - cast.astype(np.float32)
     variance = float((change[inside] ** 2).sum(axis=1).mean())
-    return change * np.float32(_shrunk(variance, _HUE_NOISE / max(sure, 1e-3))), cast
+    return change * np.float32(_shrunk(variance, noise)), cast
 
 
 def _colors_of(scene: Scene) -> Plane:
