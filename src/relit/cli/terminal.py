@@ -18,7 +18,7 @@ from relit.photo.pixels import check_pixels
 from relit.photo.reading import read_image
 from relit.photo.writing import write_image
 
-_UNSURE = 0.15  # confidence below which a light is a guess: of ten references, that of a fringe in the dark
+_UNSURE = 0.2  # confidence below which a light is a guess: of ten references, those of two fringes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -44,7 +44,7 @@ _SEEN = 0.02  # share of a window that has to be surely one or the other
 _FROM, _RISE = 0.2, 0.4  # likeliness that begins to count, and how much more is all of it
 _FARTHER, _DOUBT = 0.3, 2.0  # how much later it begins per interocular distance, and by the share of doubt
 # Of a change of brightness, and of hue, that hair and cloth do not take; by eye on forty pairs.
-_SPARED, _SPARED_HUE = 0.6, 0.3
+_SPARED, _SPARED_HUE = 0.6, 0.5
 _PATCH = 0.03  # interocular distances over which skin and hair turn into each other
 _OVERHANG = 0.12  # interocular distances that a mesh may overhang a cheek
 _FAINT = 0.08  # of the matte: of twelve rendered heads, walls take less (mean ΔE00 .027, not .032 with .04)
