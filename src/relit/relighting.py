@@ -267,5 +267,5 @@ def _adjust(seen: Seen, lightings: Sequence[Lighting], options: TransferOptions)
     if not options.mask:
         return change
     if options.record.relights_head:
-        return sparing_hair(change, seen.view)
+        return sparing_hair(change, seen.base, seen.view)
     return sparing_whites(change, seen.view, seen.space)

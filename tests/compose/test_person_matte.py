@@ -138,12 +138,24 @@ def test_a_painted_plane_falls_back_to_skin(face_points):
 
 def test_hair_and_cloth_take_less_of_brightness_than_of_hue(portraits):
     photo = read_image(portraits / "030_03.jpg").pixels
-    view = seen(photo, detect_landmarks(photo))
+    view, base = seen(photo, detect_landmarks(photo)), photo.astype(np.float32) / 255 + 1e-3
     change = np.broadcast_to(np.float32([-0.4, -0.9, -1.3]), photo.shape).copy()
-    made, cloth, skin = sparing_hair(change, view), hair(view) > 0.99, hair(view) < 0.001
+    made, cloth, skin = sparing_hair(change, base, view), hair(view) > 0.99, hair(view) < 0.001
     assert min(cloth.mean(), skin.mean()) > 0.02
     np.testing.assert_allclose(made[skin], change[skin], atol=2e-3)
-    spared = made[cloth] / change[cloth]
-    assert np.all(spared[:, 0] < 0.5)
-    between = (made[cloth] - made[cloth][:, :1])[:, 1:] / (change[cloth] - change[cloth][:, :1])[:, 1:]
-    assert np.all((between > 0.5) & (between < 1))
+    share = made[cloth] / change[cloth]
+    assert np.all((share[:, 0] > 0) & (share[:, 0] < 0.5))
+    hue, whole_hue = (one[cloth][:, 1:] - one[cloth][:, :1] for one in (made, change))
+    assert np.all((hue / whole_hue > share[:, :1]) & (hue / whole_hue < 1))
+
+
+def test_white_cloth_does_not_burn_out_but_is_coloured(portraits):
+    photo = read_image(portraits / "030_03.jpg").pixels
+    view, base = seen(photo, detect_landmarks(photo)), np.minimum(photo.astype(np.float32) / 255 + 1e-3, 1)
+    change = np.broadcast_to(np.float32([0.3, 0.6, 0.1]), photo.shape).copy()
+    cloth = (hair(view) > 0.999) & (photo.min(axis=2) > 240)
+    assert cloth.mean() > 0.02
+    made = (base * np.exp(sparing_hair(change, base, view)))[cloth]
+    np.testing.assert_allclose(made[:, 1], 1, atol=2e-3)
+    assert np.all(made[:, 0] < 0.97)
+    assert np.all(made[:, 2] < made[:, 0])

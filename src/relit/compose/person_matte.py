@@ -234,14 +234,18 @@ def _colors(
     return seen[..., 0], level.astype(np.float32), np.maximum(square - level**2, 0).sum(axis=2)
 
 
-def sparing_hair(change: NDArray[np.float32], view: View) -> NDArray[np.float32]:
+def sparing_hair(change: NDArray[np.float32], base: NDArray[np.float32], view: View) -> NDArray[np.float32]:
     """Return a change of which hair and cloth take less: they scatter light, and lie where no template does.
 
-    How bright they get is what the brightest channel tells, as of a light behind a filter.
+    How bright they get is what the brightest channel tells, as of a light behind a filter. White cloth does
+    not burn out, but takes the light's colour.
 
     Parameters
     ----------
     change : (h, w, k) float32 array
+        In logarithms of `base`.
+    base : (h, w, k) float32 array
+        What of the target is relit, 0 to 1.
     view : View
         Of the target.
 
@@ -251,4 +255,6 @@ def sparing_hair(change: NDArray[np.float32], view: View) -> NDArray[np.float32]
     """
     part = hair(view)[..., None]
     bright = change.max(axis=2, keepdims=True)
-    return np.asarray(bright * (1 - _SPARED * part) + (change - bright) * (1 - _SPARED_HUE * part))
+    spared = bright * (1 - _SPARED * part) + (change - bright) * (1 - _SPARED_HUE * part)
+    beyond_white = np.maximum((np.log(base) + spared).max(axis=2, keepdims=True), 0)
+    return np.asarray(spared - part * beyond_white, np.float32)

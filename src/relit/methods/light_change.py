@@ -86,8 +86,6 @@ class LightChange:
         taken = exposure * np.log(max(self.theirs, 1e-4) / max(self.ours, 1e-4))
         anchor = np.log(ours / max(new, 1e-9)) + taken
         made = made * np.float32(np.exp(anchor))
-        # Beyond the face, white cloth does not burn out, but is coloured.
-        made[~self.face] /= np.maximum(made[~self.face].max(axis=1, keepdims=True), 1)
         relit = shown(made, self.encoded)
         planes = relit[..., 0] if relit.shape[2] == 1 else relit
         return Relit(np.asarray(planes, np.float32), layers=self.layers)
