@@ -1,7 +1,5 @@
 """The augmentation among what it is made for: tensors, transforms and data loaders of PyTorch."""
 
-# ruff: noqa: F811 (fixtures of another module)
-
 import subprocess
 import sys
 
@@ -11,7 +9,6 @@ import pytest
 import relit
 from relit.errors import ImageError
 from relit.train.augment import RelightAugment
-from tests.train.test_augment import image, marks  # noqa: F401 (fixtures)
 
 torch = pytest.importorskip("torch")
 loaders = pytest.importorskip("torch.utils.data")
