@@ -67,7 +67,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Lint, types and tests; without an option, what CI runs.")
     only = parser.add_mutually_exclusive_group()
     only.add_argument("--fast", action="store_true", help="leave out the slow tests: for daily work")
-    only.add_argument("--all", action="store_true", help="whole corpora, where other runs take a part")
+    only.add_argument("--all", action="store_true", help="all tests and corpora; other runs take a part")
     only.add_argument(
         "--oldest", action="store_true", help="the fast tests with the lowest versions allowed: for a release"
     )

@@ -24,18 +24,23 @@ hypothesis.settings.load_profile("relit")
 
 
 def pytest_addoption(parser):
-    parser.addoption("--all", action="store_true", help="try the whole of every corpus, not a part")
+    parser.addoption("--all", action="store_true", help="try every test, and the whole of every corpus")
     parser.addoption(
         "--part",
         type=int,
         default=dt.date.today().toordinal(),
-        help="which part of every corpus to try; today's by default",
+        help="which part of every corpus, and of the rotating tests, to try; today's by default",
     )
 
 
 def pytest_report_header(config):
     chosen = "--all" if config.getoption("all") else f"--part {config.getoption('part')}"
-    return f"corpora: {chosen}"
+    return f"corpora and rotating tests: {chosen}"
+
+
+def _belongs(name, part, parts):
+    # By its name, so that a part has some of every kind.
+    return zlib.crc32(name.encode()) % parts == part % parts
 
 
 @pytest.fixture(scope="session")
@@ -49,18 +54,28 @@ def part_of(pytestconfig):
 
     def part_of(cases, parts, key=str):
         for case in cases:
-            # By its name, so that a part has some of every kind.
-            if whole or zlib.crc32(key(case).encode()) % parts == part % parts:
+            if whole or _belongs(key(case), part, parts):
                 yield case
 
     return part_of
 
 
-def pytest_collection_modifyitems(config, items):
-    """Where processes share the files, start with those that have slow tests, so that all end together.
+def _waits(item, part):
+    """Return whether a test is a rotating one of another day."""
+    marker = item.get_closest_marker("rotating")
+    return marker and not _belongs(marker.args[0] if marker.args else item.nodeid, part, 4)
 
+
+def pytest_collection_modifyitems(config, items):
+    """Leave out the rotating tests of other days, unless by --all or where a file or a test is named.
+
+    Where processes share the files, start with those that have slow tests, so that all end together.
     The browser's come last of these: what its server needs is compiled by then, and pages do not wait for it.
     """
+    if not config.getoption("all") and all(Path(named).is_dir() for named in config.args):
+        waiting = [item for item in items if _waits(item, config.getoption("part"))]
+        config.hook.pytest_deselected(items=waiting)
+        items[:] = [item for item in items if item not in waiting]
     if hasattr(config, "workerinput"):
         slow, browser = (
             {item.path for item in items if item.get_closest_marker(name)} for name in ("slow", "e2e")

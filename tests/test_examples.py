@@ -15,6 +15,7 @@ from relit import Landmarks, read_image, transfer
 from relit.photo.samples import sample
 
 drawn = functools.cache(figure)
+LONG = {"average": pytest.mark.rotating, "complexions": pytest.mark.rotating("complexions")}
 
 
 @pytest.fixture(scope="session")
@@ -23,7 +24,7 @@ def faces(yaleb, portraits):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", FIGURES)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=LONG.get(name, ())) for name in FIGURES])
 def test_figures_are_drawn(name, faces, monkeypatch):
     # The average itself is held to the truth in test_yaleb; a part of it is drawn like the whole.
     monkeypatch.setattr(average, "EVERY", 24)
@@ -39,6 +40,7 @@ def test_figures_are_drawn(name, faces, monkeypatch):
         assert max(map(float, off)) < max(float(part) for found in own for part in found if part)
 
 
+@pytest.mark.rotating("complexions")
 @pytest.mark.slow
 def test_skin_keeps_its_hue(faces):
     _, _, seen = drawn("complexions", faces)

@@ -49,6 +49,7 @@ def wait_for(condition, child, patience=60):
 @pytest.mark.skipif(os.name == "nt", reason="needs process groups")
 @pytest.mark.usefixtures("tree")
 class TestProcesses:
+    @pytest.mark.rotating
     @pytest.mark.slow
     def test_killed_twenty_times_it_ends_as_if_it_never_was(self, tree):
         head, *rows = (tree / "m.csv").read_text().splitlines()
@@ -84,6 +85,7 @@ class TestProcesses:
         code, out, _ = finish(start("m.csv", "-o", "out", "--json"))
         assert (code, json.loads(out)["kept"]) == (0, len(many))
 
+    @pytest.mark.rotating
     def test_a_store_that_all_processes_see(self, tree):
         """fsspec's own ``local://``, which is asked as any other store is."""
         there = f"local://{tree}"
@@ -95,6 +97,7 @@ class TestProcesses:
         code, out, _ = finish(start(*given))
         assert (code, json.loads(out)["kept"]) == (0, ROWS)
 
+    @pytest.mark.rotating
     @pytest.mark.slow
     def test_on_dask_nothing_is_lost_with_a_worker(self, tree):
         pytest.importorskip("distributed")
@@ -148,6 +151,7 @@ class TestProcesses:
         assert done.code == 1
         assert "out/.relit/journal.sqlite: another run is at work here" in the_line(done.err)
 
+    @pytest.mark.rotating
     def test_a_row_that_kills_its_worker(self, tree, monkeypatch):
         # A photo that crashes a decoder: the worker's own way to read files ends it.
         (tree / "sitecustomize.py").write_text(

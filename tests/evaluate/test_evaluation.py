@@ -31,6 +31,7 @@ def run(*arguments):
     return CliRunner().invoke(command, [*map(str, arguments)], catch_exceptions=False, standalone_mode=False)
 
 
+@pytest.mark.rotating
 @pytest.mark.slow
 def test_baselines_are_those_of_the_independent_implementation(yaleb):
     """The set `quick` of the folder's README, all 120 transfers."""

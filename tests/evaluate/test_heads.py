@@ -168,6 +168,7 @@ def test_a_mask_is_refused_where_the_whole_image_is_relit(tmp_path):
         run("evaluate", table, "--mask")
 
 
+@pytest.mark.rotating
 @pytest.mark.slow
 def test_figures_are_those_of_the_independent_script(heads):
     """Every 4th row of `similar`, of the folder's README."""

@@ -30,6 +30,7 @@ def score(image, truth):
     )
 
 
+@pytest.mark.rotating
 @pytest.mark.slow
 def test_paper4(yaleb, yale_landmarks):
     with (yaleb / "registration_offsets.csv").open() as lines:

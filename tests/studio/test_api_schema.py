@@ -44,6 +44,7 @@ def small(role, factor):
     return file.getvalue()
 
 
+@pytest.mark.rotating
 def test_every_answer_is_one_that_the_schema_describes(tmp_path):
     app = Counted(create_app(sessions=Sessions(most=10_000)))
     with served(app) as client:

@@ -7,6 +7,7 @@ from benchmarks.load import BOUND, load
 pytestmark = [pytest.mark.slow, pytest.mark.e2e]
 
 
+@pytest.mark.rotating
 def test_the_honest_are_served_and_the_hostile_refused():
     tally, peak = load(clients=8, seconds=6)
     assert tally.wrong == []

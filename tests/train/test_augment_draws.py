@@ -166,6 +166,7 @@ def _work(augment, image, marks, worker, results):
     results.put((worker, [augment(image, landmarks=marks).sum() for _ in range(3)], augment(image).sum()))
 
 
+@pytest.mark.rotating
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["fork", "spawn"])
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")

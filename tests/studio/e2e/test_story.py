@@ -79,6 +79,7 @@ def test_from_two_photos_to_the_file_that_the_command_makes(visit, photos, tmp_p
         assert (made == (tmp_path / "relit.jpg").read_bytes()) is alike
 
 
+@pytest.mark.rotating
 def test_by_keyboard_alone(visit):
     page = visit()
 
