@@ -174,7 +174,10 @@ class TestFaces:
         assert len(said["target"]) == 2
         for face in (0, 1):
             side = np.s_[:, :215] if left[face] else np.s_[:, 245:]
-            np.testing.assert_array_equal(pixels_of("all.png")[side], pixels_of(f"{face}.png")[side])
+            # Who is relit second stands beside one who is already, and who tells persons sees both.
+            off = np.abs(pixels_of("all.png")[side].astype(int) - pixels_of(f"{face}.png")[side])
+            assert off.mean() < 0.2
+            assert (off > 1).mean() < 0.05
         assert "there is no face 2; 2 found" in fail("transfer crowd.png --light rim --face 2 -o o.png")
         assert "goes with no" in fail("transfer crowd.png --light rim --face 1 --all-faces -o o.png", code=2)
 

@@ -159,3 +159,12 @@ def test_white_cloth_does_not_burn_out_but_is_coloured(portraits):
     np.testing.assert_allclose(made[:, 1], 1, atol=2e-3)
     assert np.all(made[:, 0] < 0.97)
     assert np.all(made[:, 2] < made[:, 0])
+
+
+def test_beside_another_a_change_ends_before_the_other(portraits):
+    photo = read_image(portraits / "030_03.jpg").pixels[::2, ::2]
+    two = np.hstack([photo, photo[:, ::-1]])
+    face = detect_landmarks(photo)
+    alone, beside = person_matte(seen(photo, face)), person_matte(seen(two, face))
+    assert alone[-1, : photo.shape[1] // 8].max() > 0.2
+    assert beside[:, photo.shape[1] + 5 :].max() < 0.1

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 # 24 photos, no hair but buns and long hair reaches the first of these; shoulders and chests lie between those
 # below.
 _ABOVE, _BESIDE, _BELOW = (1.4, 1.8), (1.5, 3.0), (0.8, 4.0)
+_BESIDE_OTHERS = 0.7, 1.25  # the same beside a face that is not alone: shoulders may touch
+_OTHERS = 0.1  # of a face's area that is seen of somebody else above the chin, if there is one
 _SHOULDERS, _NECK = 0.9, 0.8  # how much nearer a change begins to fade beside the end of the neck
 _AROUND = 0.1  # beyond that to the view's end, so that nothing changes there
 # What each of these is worth was seen on twelve rendered heads and 24 photos.
@@ -65,7 +67,7 @@ def person_matte(view: View) -> NDArray[np.float32]:
         Falls off over the shoulders, and is 0 at the ends of a view that ends at `corners_round`. Where the
         network does not see a person, that of the skin.
     """
-    return _area(view) * _fade(view.regions)
+    return _area(view) * _fade(view.regions, _BESIDE if _alone(view) else _BESIDE_OTHERS)
 
 
 @remembered
@@ -106,7 +108,7 @@ def _axes(landmarks: Landmarks) -> tuple[NDArray[np.float64], NDArray[np.float64
     return np.array([x, y]), np.array([y, -x])
 
 
-def _fade(face: FaceRegions) -> NDArray[np.float32]:
+def _fade(face: FaceRegions, reach: tuple[float, float]) -> NDArray[np.float32]:
     """Return how much of a change is left at a place: less and less away from the face."""
     along, up = _axes(face.landmarks)
     rows, columns = (np.arange(size, dtype=np.float32) for size in face.shape)
@@ -124,9 +126,20 @@ def _fade(face: FaceRegions) -> NDArray[np.float32]:
 
     below = beyond(-up)
     # Hair goes on in full beside a face; beside a neck there are shoulders.
-    first = _BESIDE[0] - _SHOULDERS * np.clip(below / _NECK, 0, 1)
+    first = reach[0] - _SHOULDERS * np.clip(below / _NECK, 0, 1)
     beside = np.maximum(beyond(along), beyond(-along))
-    return left(below, *_BELOW) * left(beyond(up), *_ABOVE) * left(beside, first, _BESIDE[1])
+    return left(below, *_BELOW) * left(beyond(up), *_ABOVE) * left(beside, first, reach[1])
+
+
+def _alone(view: View) -> bool:
+    """Return whether nobody else is seen above the chin of a face."""
+    face = view.regions
+    rows, columns = (np.arange(size) for size in face.shape)
+    above = columns * face.up[0] + (rows * face.up[1])[:, None] >= (face.outline @ face.up).min()
+    groups, _ = label((person(view) > 0.5) & above)
+    counts = np.bincount(groups.ravel())
+    counts[np.unique(groups[face.inside])] = 0
+    return bool(counts[1:].sum() < _OTHERS * face.inside.sum())
 
 
 @remembered
