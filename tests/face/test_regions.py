@@ -5,9 +5,12 @@ import pytest
 from scipy.ndimage import binary_dilation, distance_transform_edt
 from skimage.draw import polygon2mask
 
+from relit.face.detect import detect_landmarks
 from relit.face.landmarks import Landmarks
 from relit.face.outline import face_outline
 from relit.face.regions import FaceRegions
+from relit.photo.reading import read_image
+from relit.photo.samples import sample
 
 
 def test_mask_is_one_in_the_face_and_zero_outside_its_outline(face_points):
@@ -56,3 +59,19 @@ def test_the_frame_is_no_edge_of_the_face():
     assert mask[70].max() == 0
     larger = Landmarks([[-50, -50], [150, -50], [50, 400]])
     np.testing.assert_array_equal(FaceRegions(larger, (40, 40)).mask(), 1)
+
+
+@pytest.mark.parametrize("turns", range(4))
+def test_height_is_counted_from_the_chin_up_the_face(turns):
+    face = detect_landmarks(read_image(sample("target")).pixels)
+    straight, points = FaceRegions(face, (512, 512)), face.xy
+    up = straight.up
+    assert up[1] < -0.9
+    y, x = np.indices((512, 512))
+    heights = x * up[0] + y * up[1]
+    expected = heights - (straight.outline @ up).min()
+    np.testing.assert_allclose(straight.height, expected, atol=1e-3)
+    for _ in range(turns):
+        points = np.column_stack([points[:, 1], 511 - points[:, 0]])
+    turned = FaceRegions(Landmarks(points, face.scheme), (512, 512))
+    np.testing.assert_allclose(np.rot90(turned.height, -turns), expected, atol=1e-3)

@@ -64,8 +64,8 @@ def person_matte(view: View) -> NDArray[np.float32]:
     Returns
     -------
     (H, W) float32 array
-        Falls off over the shoulders, and is 0 at the ends of a view that ends at `corners_round`. Where the
-        network does not see a person, that of the skin.
+        Falls off down the chest and along the shoulders, and is 0 at the ends of a view that ends at
+        `corners_round`. Where the network does not see a person, that of the skin.
     """
     return _area(view) * _fade(view.regions, _BESIDE if _alone(view) else _BESIDE_OTHERS)
 
@@ -134,9 +134,7 @@ def _fade(face: FaceRegions, reach: tuple[float, float]) -> NDArray[np.float32]:
 def _alone(view: View) -> bool:
     """Return whether nobody else is seen above the chin of a face."""
     face = view.regions
-    rows, columns = (np.arange(size) for size in face.shape)
-    above = columns * face.up[0] + (rows * face.up[1])[:, None] >= (face.outline @ face.up).min()
-    groups, _ = label((person(view) > 0.5) & above)
+    groups, _ = label((person(view) > 0.5) & (face.height >= 0))
     counts = np.bincount(groups.ravel())
     counts[np.unique(groups[face.inside])] = 0
     return bool(counts[1:].sum() < _OTHERS * face.inside.sum())

@@ -61,6 +61,14 @@ class FaceRegions:
         return np.array([self.across[1], -self.across[0]])
 
     @cached_property
+    def height(self) -> NDArray[np.float32]:
+        """How far each pixel lies above the chin, in px up the face: below it, negative."""
+        rows, columns = (np.arange(size, dtype=np.float32) for size in self.shape)
+        up = self.up.astype(np.float32)
+        along = columns * up[0] + (rows * up[1])[:, None]
+        return np.asarray(along - np.float32((self.outline @ self.up).min()), np.float32)
+
+    @cached_property
     def outline(self) -> NDArray[np.float64]:
         """The polygon round the face, (m, 2) in px."""
         return face_outline(self.landmarks)

@@ -160,11 +160,8 @@ def _eyes_and_mouth(face: FaceRegions) -> Plane:
 
 def _above_chest(face: FaceRegions) -> Plane:
     """Return where light on a head is known, 0 to 1: not on shoulders, clothed and no template's."""
-    rows, columns = (np.arange(size, dtype=np.float32) for size in face.shape)
-    up = face.up.astype(np.float32)
-    height = columns * up[0] + (rows * up[1])[:, None] - np.float32((face.outline @ face.up).min())
     first, last = _CHEST
-    share = (last + height / np.float32(face.interocular_distance)) / (last - first)
+    share = (last + face.height / np.float32(face.interocular_distance)) / (last - first)
     return np.asarray(np.clip(share, 0, 1), np.float32)
 
 
