@@ -20,6 +20,7 @@ from relit.photo.foreign_images import opened
 from relit.photo.photo import Photo
 from relit.photo.pixels import check_samples
 from relit.photo.planes import PlaneSpace, plane_space
+from relit.runtime.threads import available, pool
 from relit.settings.methods import WITH_SECOND_REFERENCE
 
 if TYPE_CHECKING:
@@ -107,10 +108,21 @@ def look(
     ImageError, FaceNotFoundError, LandmarkError
         As `relit.transfer` does.
     """
-    here = landmarks_of(target.pixels, target_landmarks, "target")
+    photos = [as_photo(one, "reference") for one, _ in references]
+    given = [(target.pixels, target_landmarks, "target")]
+    given += [(one.pixels, marks, "reference") for one, (_, marks) in zip(photos, references, strict=True)]
+    if second is not None:
+        photos.append(as_photo(second[0], "second_reference"))
+        given.append((photos[-1].pixels, second[1], "second"))
+    with pool(min(len(given), available())) as run:
+        here, *there = run(lambda one: landmarks_of(*one), given)
     check_inside(here, target.pixels.shape, "target_landmarks")
-    seen = [_reference(one, marks, "reference", here, options, detail) for one, marks in references]
-    beside = None if second is None else _reference(*second, "second", here, options, detail)
+    names = [name for *_, name in given[1:]]
+    seen = [
+        _reference(one, marks, name, here, options, detail)
+        for one, marks, name in zip(photos, there, names, strict=True)
+    ]
+    beside = None if second is None else seen.pop()
     if target.is_grey and any(not one.photo.is_grey for one in seen):
         target = target.to_profile(None)  # a grey profile knows no colours
     view = _face_view(target.pixels, here, options, detail)
@@ -129,16 +141,14 @@ def look(
 
 
 def _reference(
-    given: AnyPhoto,
-    marks: AnyLandmarks | None,
+    photo: Photo,
+    landmarks: Landmarks,
     name: str,
     here: Landmarks,
     options: TransferOptions,
     detail: float | None,
 ) -> Reference:
-    """Check a reference, find its face if need be, and reduce it."""
-    photo = as_photo(given, "second_reference" if name == "second" else name)
-    landmarks = landmarks_of(photo.pixels, marks, name)
+    """Check a reference, and reduce it."""
     check_pair(here, landmarks)
     check_inside(landmarks, photo.pixels.shape, f"{name}_landmarks")
     if options.splits_alone:

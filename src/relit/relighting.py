@@ -10,6 +10,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -17,10 +18,10 @@ import numpy as np
 from relit.compose.adjust import anchored, controlled
 from relit.compose.blend import blend
 from relit.compose.matte import sparing_whites
-from relit.compose.person_matte import sparing_hair
+from relit.compose.person_matte import hair, sparing_hair
 from relit.compose.share import share_of_change
 from relit.errors import OptionError
-from relit.face.shape import face_shape
+from relit.face.shape import face_shape, head_shape
 from relit.face.trust import known, skin_shown
 from relit.inputs import as_photo, as_photos, check_region_mask, check_second, given_references, look
 from relit.light.rendering import render
@@ -30,6 +31,8 @@ from relit.methods.light_change import LightChange
 from relit.methods.scene import Relit, Scene
 from relit.photo.foreign_images import opened
 from relit.results import Lighting, TransferResult
+from relit.runtime.memo import doing_once
+from relit.runtime.threads import meanwhile
 from relit.runtime.timing import Stopwatch
 from relit.settings.options import TransferOptions
 from relit.settings.studio_lights import studio_light
@@ -49,6 +52,7 @@ if TYPE_CHECKING:
 _LEAST = 1e-4  # brightness of 1 below which a relit plane is black
 
 
+@doing_once()
 def transfer(
     target: AnyImage,
     reference: AnyImage | Sequence[AnyImage] | None = None,
@@ -141,7 +145,7 @@ def transfer(
 
     with watch("look"):
         seen = look(photo, target_landmarks, given, second, settings, detail)
-    with watch("warp"):
+    with watch("warp"), meanwhile(partial(_prepare, seen, settings)):
         lights = [_warp(seen, one, settings) for one in seen.references or (None,)]
     with watch("relight"):
         relit = [_relight(seen, light, settings) for light in lights]
@@ -169,6 +173,15 @@ def transfer(
         lam=lam_in_px(seen.lam, seen.view.landmarks.interocular_distance),
         seconds=watch.seconds,
     )
+
+
+def _prepare(seen: Seen, options: TransferOptions) -> None:
+    """Do what needs but the target, and takes as long as to lay a reference over it."""
+    if options.record.relights_head:
+        skin_shown(seen.view)
+        head_shape(seen.view.regions.landmarks, seen.view.regions.shape)
+        if options.mask:
+            hair(seen.view)
 
 
 class _Light(NamedTuple):

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.ndimage import gaussian_filter
 
 from relit.face.shape import face_shape
 from relit.light.dome import DOME, Lamps
@@ -108,14 +107,6 @@ def test_the_more_is_left_the_less_is_explained(explained):
     assert 0.9 < well <= 1
     # Half of the face lies log(1/.3) below the other: what is left spreads by half of that.
     assert badly == pytest.approx(1 / (1 + (np.log(1 / 0.3) / 2 / 0.3) ** 2), abs=0.1)
-
-
-def test_a_blurred_light_is_the_light_blurred(explained):
-    explain_it, normals, _ = explained
-    found = explain_it(np.maximum(normals @ LEFT, 0)[..., None] * np.array([0.6, 0.4, 0.25]))
-    (sharp, hue), (soft, soft_hue) = found.shading(found.lamps), found.shading(found.lamps, blur=4.0)
-    np.testing.assert_allclose(soft, gaussian_filter(sharp, 4.0), atol=1e-5)
-    np.testing.assert_allclose(soft_hue[..., 1], gaussian_filter(hue[..., 1], 4.0), atol=1e-5)
 
 
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=20), st.booleans())

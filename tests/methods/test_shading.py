@@ -1,6 +1,7 @@
 """Our own method on faces that are rendered, so that the truth is known."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -307,3 +308,14 @@ def test_rendered_heads_come_near_the_truth(heads, chosen):
     assert de < most_de
     if chosen == "similar":
         assert lum < 0.75 * np.mean(unchanged, axis=0)[0]
+
+
+@pytest.mark.parametrize(("explained", "blur"), [(0.3, 8.0), (0.36, 4.0), (0.9, 0.0)])
+def test_the_less_sure_a_light_is_the_wider_it_is_blurred(explained, blur):
+    planes = np.random.default_rng(0).random((48, 48, 4), np.float32)
+    face = SimpleNamespace(explained=explained)
+    bright, hue = shading._as_sure((planes[..., 0], planes[..., 1:]), face, 16.0)
+    # A wide blur is done on a coarser grid, which is off by a per cent.
+    atol = 0.01 if blur else 0
+    np.testing.assert_allclose(bright, gaussian_filter(planes[..., 0], blur), atol=atol)
+    np.testing.assert_allclose(hue, gaussian_filter(planes[..., 1:], (blur, blur, 0)), atol=atol)

@@ -10,9 +10,12 @@ import numpy as np
 
 from relit.batch.reading import fetch
 from relit.compose.matte import eyes_and_teeth, matte
+from relit.compose.person_matte import hair, person_area, person_matte
 from relit.face.detect import faces_in
 from relit.face.landmarks import Landmarks
+from relit.face.person import person
 from relit.face.shape import face_shape, head_shape
+from relit.face.trust import skin_shown
 from relit.light.dome import surface_of
 from relit.ltv.decomposition import Decomposition, decompose
 from relit.methods.lit_face import explain
@@ -54,4 +57,6 @@ FORMS: dict[Callable[..., Any], tuple[Callable[[Any], Arrays], Callable[[Arrays]
 
 #: The steps on a target alone that are worth memory only: rows that share it mostly follow each other, while
 #: hardly another row has the same pair.
-OF_TARGETS = {unwrap(step) for step in (explain, eyes_and_teeth, face_shape, head_shape, matte, surface_of)}
+_OF_SHAPE_AND_LIGHT = explain, face_shape, head_shape, surface_of
+_OF_PIXELS = eyes_and_teeth, hair, matte, person, person_area, person_matte, skin_shown
+OF_TARGETS = {unwrap(step) for step in _OF_SHAPE_AND_LIGHT + _OF_PIXELS}

@@ -73,7 +73,7 @@ def matte(view: View) -> NDArray[np.float32]:
 def skin_share(view: View) -> NDArray[np.float32]:
     """Return how much of each pixel is skin, (H, W) in [0, 1], by its looks; below the brows, all."""
     # A little of a likeness is none: it would show as a glow on a plain background.
-    like = np.clip((view.skin.likeness(view.smooth) - _NONE) / (_ALL - _NONE), 0, 1)
+    like = np.clip((view.skin_likeness - _NONE) / (_ALL - _NONE), 0, 1)
     # A highlight on skin, a mole, a strand of hair: the light falls on them too.
     size = 2 * max(round(_HOLE * view.regions.interocular_distance / 2), 1) + 1
     return np.asarray(np.maximum(grey_closing(like, (size, size)), view.regions.below_brows))

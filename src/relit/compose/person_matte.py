@@ -67,7 +67,7 @@ def person_matte(view: View) -> NDArray[np.float32]:
         Falls off down the chest and along the shoulders, and is 0 at the ends of a view that ends at
         `corners_round`. Where the network does not see a person, that of the skin.
     """
-    return _area(view) * _fade(view.regions, _BESIDE if _alone(view) else _BESIDE_OTHERS)
+    return person_area(view) * _fade(view.regions, _BESIDE if _alone(view) else _BESIDE_OTHERS)
 
 
 @remembered
@@ -77,7 +77,8 @@ def hair(view: View) -> NDArray[np.float32]:
     It is what of the person does not look like the skin of the face; below the brows, all of a face is skin.
     """
     size = _PATCH * view.regions.interocular_distance
-    return np.asarray(_area(view) * gaussian_filter(1 - skin_share(view), size, mode="nearest"), np.float32)
+    other = gaussian_filter(1 - skin_share(view), size, mode="nearest")
+    return np.asarray(person_area(view) * other, np.float32)
 
 
 def corners_round(landmarks: Landmarks) -> NDArray[np.float64]:
@@ -141,7 +142,7 @@ def _alone(view: View) -> bool:
 
 
 @remembered
-def _area(view: View) -> NDArray[np.float32]:
+def person_area(view: View) -> NDArray[np.float32]:
     """Return where the person is, 0 to 1."""
     face = view.regions
     if face.inside.all() or not face.inside.any():

@@ -146,8 +146,8 @@ def _boxes(photo: Image.Image, views: list[tuple[Square, float]]) -> list[Square
     """Return the squares round the faces that the detector sees in the views, each with its least score."""
     seen: list[tuple[float, Square, Square]] = []
     for view, least_score in views:
-        for gamma in _GAMMAS:
-            for box, score in zip(*see_boxes(photo, view, gamma, least_score), strict=True):
+        for look in see_boxes(photo, view, _GAMMAS, least_score):
+            for box, score in zip(*look, strict=True):
                 (x, y), right, left = (view.to_photo(point[None])[0] for point in (box[0], box[2], box[3]))
                 square = Square(x, y, _AROUND * view.side * float(box[1].max()), _angle(right, left))
                 seen.append((score, square, square))
@@ -156,12 +156,12 @@ def _boxes(photo: Image.Image, views: list[tuple[Square, float]]) -> list[Square
 
 def _fit(photo: Image.Image, square: Square) -> Landmarks | None:
     """Place the mesh, once more in a square that fits it, and return it if it is a face."""
-    looks = [(gamma, *see_mesh(photo, square, gamma)) for gamma in _GAMMAS]
-    gamma, points, presence = max(looks, key=lambda look: look[2])
+    looks = zip(_GAMMAS, see_mesh(photo, square, _GAMMAS), strict=True)
+    gamma, (points, presence) = max(looks, key=lambda look: look[1][1])
     # A weak first look in a poor square may become a sure one in a good square; a hopeless one does not.
     if presence < LEAST_PRESENCE / 10:
         return None
-    points, presence = see_mesh(photo, _square_round(points), gamma)
+    ((points, presence),) = see_mesh(photo, _square_round(points), (gamma,))
     return Landmarks(points, "mesh478", presence) if presence >= LEAST_PRESENCE else None
 
 

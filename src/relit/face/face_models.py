@@ -26,6 +26,8 @@ from scipy.ndimage import affine_transform
 from scipy.special import expit
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
 _LEAST_OVERLAP = 0.3  # intersection over union, above which two boxes of one look are one face
@@ -57,27 +59,35 @@ class Square(NamedTuple):
 
 
 def see_boxes(
-    photo: Image.Image, view: Square, gamma: float, least_score: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    photo: Image.Image, view: Square, gammas: Sequence[float], least_score: float
+) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
     """Run the detector on a view of an RGB photo, black beyond it; return what `decode_boxes` does.
 
-    The values in [0, 1] are taken to the power of `gamma` before: below 1 brightens.
+    Once for each gamma, to whose power the values in [0, 1] are taken before: below 1 brightens.
     """
     crop = take_crop(photo, view, _BOX_SIDE, "constant")
-    regressors, scores = _run("face_detector.tflite", 2 * crop**gamma - 1)
-    return decode_boxes(regressors, scores, least_score)
+    seen = []
+    for gamma in gammas:
+        regressors, scores = _run("face_detector.tflite", 2 * crop**gamma - 1)
+        seen.append(decode_boxes(regressors, scores, least_score))
+    return seen
 
 
-def see_mesh(photo: Image.Image, square: Square, gamma: float) -> tuple[NDArray[np.float64], float]:
+def see_mesh(
+    photo: Image.Image, square: Square, gammas: Sequence[float]
+) -> list[tuple[NDArray[np.float64], float]]:
     """Place the mesh in a square of an RGB photo; return its points, (478, 3), and the presence.
 
-    The points are ``(x, y, z)`` in px of the photo, z at the scale of x.
+    Once for each gamma. The points are ``(x, y, z)`` in px of the photo, z at the scale of x.
     """
-    crop = take_crop(photo, square, _MESH_SIDE, "nearest") ** gamma
-    points, presence, _ = _run("face_landmarks_detector.tflite", crop)
-    unit = points.reshape(478, 3).astype(np.float64) / _MESH_SIDE
-    placed = np.column_stack([square.to_photo(unit[:, :2]), unit[:, 2] * square.side])
-    return placed, float(expit(np.float64(presence.item())))
+    crop = take_crop(photo, square, _MESH_SIDE, "nearest")
+    seen = []
+    for gamma in gammas:
+        points, presence, _ = _run("face_landmarks_detector.tflite", crop**gamma)
+        unit = points.reshape(478, 3).astype(np.float64) / _MESH_SIDE
+        placed = np.column_stack([square.to_photo(unit[:, :2]), unit[:, 2] * square.side])
+        seen.append((placed, float(expit(np.float64(presence.item())))))
+    return seen
 
 
 def see_person(photo: Image.Image, square: Square) -> NDArray[np.float32]:

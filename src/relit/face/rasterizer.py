@@ -33,10 +33,12 @@ class Raster(NamedTuple):
 
     def spread(self, values: NDArray[Any], triangles: NDArray[np.int32]) -> NDArray[np.float32]:
         """Return values that the mesh has at its vertices, (n, ...), at every pixel; 0 where it is not."""
-        corners = triangles[self.triangle]
-        weights = self.weights.reshape(*self.weights.shape, *(1,) * (values.ndim - 1))
-        parts = (weights[:, :, k] * values.astype(np.float32)[corners[:, :, k]] for k in range(3))
-        return np.asarray(sum(parts), np.float32)
+        covered = self.covered
+        corners, weights = triangles[self.triangle[covered]], self.weights[covered]
+        weights = weights.reshape(*weights.shape, *(1,) * (values.ndim - 1))
+        made = np.zeros((*self.triangle.shape, *values.shape[1:]), np.float32)
+        made[covered] = sum(weights[:, k] * values.astype(np.float32)[corners[:, k]] for k in range(3))
+        return made
 
 
 def rasterize(vertices: NDArray[np.float64], triangles: NDArray[np.int32], shape: tuple[int, ...]) -> Raster:

@@ -80,9 +80,8 @@ def skin_of(image: NDArray[Any], face: NDArray[np.bool_]) -> Skin:
     >>> skin_of(photo, face).likeness(photo)[0].round().astype(int).tolist()
     [1, 1, 1, 1, 0, 0, 0, 0]
     """
-    colors = _colors(image)
-    samples = colors[face]
-    floor = np.array([_BRIGHTNESS, _HUE, _HUE])[: colors.shape[-1]] ** 2
+    samples = _colors(image[face][None])[0]
+    floor = np.array([_BRIGHTNESS, _HUE, _HUE])[: samples.shape[-1]] ** 2
     mean = np.median(samples, axis=0)
     spread = _OF_MEDIAN * np.median(np.abs(samples - mean), axis=0)
     precision = np.diag(1 / np.maximum(spread**2, floor))

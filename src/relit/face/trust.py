@@ -66,7 +66,7 @@ def known(
         trust *= seen
         area = face.skin_area & seen
         if area.any():
-            trust *= np.maximum(face.below_brows, view.skin.likeness(view.smooth))
+            trust *= np.maximum(face.below_brows, view.skin_likeness)
             theirs = without_grain(reference, iod)
             skin = skin_of(theirs, area)
             # Below the brows, what is dark may lie in a shadow; above, it is hair or a hat.
@@ -102,7 +102,7 @@ def skin_shown(view: View) -> NDArray[np.float32]:
         0 to 1.
     """
     face = view.regions
-    shown = face.inside * np.maximum(face.below_brows, view.skin.likeness(view.smooth))
+    shown = face.inside * np.maximum(face.below_brows, view.skin_likeness)
     near = _square(_NEAR * face.interocular_distance)
     features = grey_dilation(face.features.astype(np.float32), size=near)
     return np.asarray(shown * (1 - features), np.float32)

@@ -77,6 +77,11 @@ class View:
         """The colours of the face's skin."""
         return skin_of(self.smooth, self.regions.skin_area)
 
+    @cached_property
+    def skin_likeness(self) -> NDArray[np.float32]:
+        """How likely each pixel is skin by its colour, (h, w) in [0, 1]."""
+        return self.skin.likeness(self.smooth)
+
 
 def without_grain(image: NDArray[Any], interocular_distance: float) -> NDArray[np.float32]:
     """Return a photo in [0, 1] without its grain, in which a dark skin would lose its hue."""

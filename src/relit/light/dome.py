@@ -36,7 +36,7 @@ _LAMPS = 100
 _BEHIND = 0.3  # how far behind the head lamps stand, as the cosine of the angle to the camera's axis
 _SEEN = 40.0  # px between the eyes where lamps are fitted and shadows are looked for: both are soft
 _EVEN = 0.02  # how much an even light is preferred, of the mean square of what a lamp does
-_ROUNDS = 8
+_ROUNDS, _ROUNDS_FROM_PRIOR = 5, 2
 _SAMPLES = 4000  # pixels that a fit looks at
 _OUTLIER = 1.5  # standard deviations, beyond which an error counts once and not squared [2]_
 _OF_MEDIAN = 1.4826  # a normal distribution's standard deviation over its median absolute deviation
@@ -110,15 +110,18 @@ class Surface:
         return self.basis(DOME)
 
     def lit(self, lamps: Lamps) -> NDArray[np.float32]:
-        """Return the brightness that lamps make, and if they have colours, those: (H, W, 1) or (H, W, 4)."""
+        """Return the brightness that lamps make, and if they have colours, those: (h, w, 1) or (h, w, 4)."""
         weights = lamps.weights[:, None]
         if lamps.colors is not None:
             weights = np.hstack([weights, lamps.colors])
         basis = self.under_dome if lamps.directions is DOME else self.basis(lamps.directions)
         with one_blas_thread():
             made = weights.T.astype(np.float32) @ basis.reshape(len(basis), -1)
-        made = np.ascontiguousarray(made.T).reshape(*basis.shape[1:], -1)
-        return Enlarger(made, self.factor, self.shape).rows(0, self.shape[0])
+        return np.ascontiguousarray(made.T).reshape(*basis.shape[1:], -1)
+
+    def enlarged(self, planes: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return planes of this surface, (h, w, k), at the size of the photo, (H, W, k)."""
+        return Enlarger(planes, self.factor, self.shape).rows(0, self.shape[0])
 
 
 @remembered
@@ -174,14 +177,14 @@ def fit_lamps(
     True
     """
     step = max(1, len(basis) // _SAMPLES)
-    basis, brightness, weight = basis[::step].astype(np.float64), brightness[::step], weight[::step]
+    basis, brightness, weight = (np.asarray(one[::step], np.float64) for one in (basis, brightness, weight))
     count = basis.shape[1]
     scale = max(float(np.quantile(brightness, 0.9)), 1e-9)
     wanted = brightness / scale
-    trust = weight.astype(np.float64)
-    lamps = np.zeros(count)
+    lamps = np.zeros(count) if prior is None else prior / scale
     with one_blas_thread():
-        for _ in range(_ROUNDS):
+        trust = weight if prior is None else _trust(basis, lamps, wanted, weight)
+        for _ in range(_ROUNDS if prior is None else _ROUNDS_FROM_PRIOR):
             half = basis * np.sqrt(trust)[:, None]
             square = half.T @ half / len(wanted)
             right = basis.T @ (trust * wanted) / len(wanted)
@@ -194,7 +197,17 @@ def fit_lamps(
             # min w'Aw - 2r'w over w ≥ 0 is that of |L'w - L⁻¹r|², where A = LL'.
             root = cholesky(square + 1e-6 * mean * np.eye(count), lower=True)
             lamps = nnls(root.T, solve_triangular(root, right, lower=True))[0]
-            off = np.abs(basis @ lamps - wanted)
-            usual = _OUTLIER * _OF_MEDIAN * float(np.median(off[weight > 0])) if np.any(weight > 0) else 0.0
-            trust = weight / np.maximum(1, off / max(usual, _LEAST))
+            trust = _trust(basis, lamps, wanted, weight)
     return np.asarray(lamps * scale)
+
+
+def _trust(
+    basis: NDArray[np.float64],
+    lamps: NDArray[np.float64],
+    wanted: NDArray[np.float64],
+    weight: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return how much each pixel counts, less where lamps leave it off."""
+    off = np.abs(basis @ lamps - wanted)
+    usual = _OUTLIER * _OF_MEDIAN * float(np.median(off[weight > 0])) if np.any(weight > 0) else 0.0
+    return np.asarray(weight / np.maximum(1, off / max(usual, _LEAST)))

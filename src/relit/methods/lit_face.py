@@ -13,7 +13,7 @@ from relit.light.dome import DOME, Lamps, fit_lamps, surface_of
 from relit.photo.color import LUMA_WEIGHTS
 from relit.photo.pixels import DARKEST, to_unit
 from relit.photo.profile import decode_srgb, encode_srgb
-from relit.photo.resampling import blurred, reduced
+from relit.photo.resampling import reduced
 from relit.runtime.memo import remembered
 from relit.runtime.threads import one_blas_thread
 
@@ -67,29 +67,38 @@ class LitFace:
     lamps: Lamps
     encoded: bool
 
-    def shading(self, lamps: Lamps, most: float = np.inf, blur: float = 0.0) -> tuple[Plane, Plane | None]:
+    @cached_property
+    def own_shading(self) -> tuple[Plane, Plane | None]:
+        """What its own lamps make of it: as of `shading`."""
+        return self.shading(self.lamps)
+
+    def shading(self, lamps: Lamps, most: float = np.inf) -> tuple[Plane, Plane | None]:
         """Return what lamps make of this face's shape: log brightness, and log hue if they have colours.
 
         Where they leave it darker than some of its brightest, that counts: less is no base for a ratio.
-        Nowhere is it brighter than `most`. Both are blurred by so many px.
+        Nowhere is it brighter than `most`.
         """
         made = self.surface.lit(lamps)
-        inside = self.weight > 0.5
-        brightest = float(np.quantile(made[inside, 0] if inside.any() else made[..., 0], BRIGHTEST))
-        least = max((_DARKEST_SHADE if self.encoded else _DARKEST_AS_IS) * brightest, _DARKEST)
-        shade = blurred(np.log(np.clip(made[..., 0], least, max(most, least))), blur)
+        least = (_DARKEST_SHADE if self.encoded else _DARKEST_AS_IS) * self._quantile(made[..., 0], BRIGHTEST)
+        least = max(least, _DARKEST)
+        shade = np.log(np.clip(made[..., :1], least, max(most, least)))
         if lamps.colors is None:
-            return shade, None
+            return self.surface.enlarged(shade)[..., 0], None
         gains = lamps.colors.sum(axis=0) / max(float(lamps.weights.sum()), _DARKEST)
         ground = (least - np.minimum(made[..., :1], least)) * gains.astype(np.float32)
         bright = np.log(np.maximum(made[..., :1], least))
         hue = np.log(np.maximum(made[..., 1:] + ground, _DARKEST)) - bright
-        return shade, blurred(hue, blur)
+        both = self.surface.enlarged(np.concatenate([shade, hue], axis=2))
+        return both[..., 0], both[..., 1:]
 
     def most(self) -> float:
         """Return the most that the lamps make of this face where it shows skin."""
-        made, inside = self.surface.lit(self.lamps)[..., 0], self.weight > 0.5
-        return float(np.quantile(made[inside] if inside.any() else made, _NEARLY_ALL))
+        return self._quantile(self.surface.lit(self.lamps)[..., 0], _NEARLY_ALL)
+
+    def _quantile(self, made: Plane, share: float) -> float:
+        """Return what of so large a share of the skin is less."""
+        inside = reduced(self.weight, self.surface.factor) > 0.5
+        return float(np.quantile(made[inside] if inside.any() else made, share))
 
     @cached_property
     def explained(self) -> float:
@@ -97,7 +106,7 @@ class LitFace:
         inside = self.weight > 0.5
         if not inside.any():
             return 0.0
-        made = np.exp(self.shading(self.lamps)[0][inside])
+        made = np.exp(self.own_shading[0][inside])
         brightest = np.quantile(self.brightness[inside], BRIGHTEST)
         seen, wanted = (encode_srgb(light / brightest) for light in (self.brightness[inside], made))
         usual = _USUAL if self.encoded else _USUAL_AS_IS
@@ -106,7 +115,7 @@ class LitFace:
     @cached_property
     def unexplained(self) -> Plane:
         """e, as far as it may be skin; its median over the skin is 0."""
-        off = np.log(np.maximum(self.brightness, _DARKEST)) - self.shading(self.lamps)[0]
+        off = np.log(np.maximum(self.brightness, _DARKEST)) - self.own_shading[0]
         inside = self.weight > 0.5
         middle = np.median(off[inside]) if inside.any() else 0
         return np.asarray(np.clip(off - middle, -_MOST, _MOST), np.float32)

@@ -26,7 +26,7 @@ References
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt, gaussian_filter
@@ -41,12 +41,14 @@ from relit.methods.residual import of_reference, of_target
 from relit.methods.unlit import stand_in
 from relit.photo.color import LUMA_WEIGHTS
 from relit.photo.resampling import blurred
+from relit.runtime.threads import available, pool
 from relit.settings.studio_lights import studio_light
 from relit.solver.membrane import carried_on
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from relit.face.landmarks import Landmarks
     from relit.face.regions import FaceRegions
     from relit.face.shape import FaceShape
     from relit.methods.lit_face import Plane
@@ -68,24 +70,18 @@ _FLAT = 0.2  # cosine of the angle to the camera up to which a reference shows n
 def relight(scene: Scene) -> LightChange:
     """Return the change of light."""
     face, iod, options = scene.face, scene.face.interocular_distance, scene.options
-    assert scene.skin is not None
-    shape = head_shape(face.landmarks, face.shape)
-    target = explain(scene.target, shape, scene.skin, iod, encoded=scene.encoded)
-    if scene.rendered:
+    shape, target, reference = _explained(scene)
+    if reference is None:
         light = studio_light(options.light)
         # Of a light by name the lamp is turned, and not the little light from everywhere.
         lamps = studio_lamps(light._replace(azimuth=light.azimuth + options.turn))
-        reference, most = None, np.inf
+        most = np.inf
     else:
-        assert scene.reference_skin is not None
-        theirs = head_shape(face.landmarks, face.shape, of=scene.reference_landmarks)
-        seen = np.clip((-theirs.normals[..., 2] - _FLAT) / _FLAT, 0, 1) * scene.reference_skin
-        reference = explain(scene.reference, theirs, seen, iod, encoded=scene.encoded)
         turn = turn_between(scene.reference_landmarks, face.landmarks)
         lamps, most = turned(rotated(reference.lamps, turn), options.turn), reference.most()
     lamps = softened(lamps, options.softness)
-    old, old_hue = target.shading(target.lamps, blur=_blur_of(target, iod))
-    new, new_hue = target.shading(lamps, most, _blur_of(reference, iod))
+    old, old_hue = _as_sure(target.own_shading, target, iod)
+    new, new_hue = _as_sure(target.shading(lamps, most), reference, iod)
 
     change, sure = new - old, _sure_of(reference)
     variance = float(change[face.interior].var())
@@ -117,6 +113,30 @@ def relight(scene: Scene) -> LightChange:
         lamps=lamps,
         layers=_layers(scene, (old, old_hue), (new, new_hue), reached),
     )
+
+
+def _explained(scene: Scene) -> tuple[FaceShape, LitFace, LitFace | None]:
+    """Return the shape of the target's head, and both faces explained, side by side."""
+    face, iod = scene.face, scene.face.interocular_distance
+
+    def one(
+        given: tuple[NDArray[Any], NDArray[np.float32], Landmarks | None],
+    ) -> tuple[FaceShape, LitFace]:
+        planes, skin, of = given
+        shape = head_shape(face.landmarks, face.shape, of=of)
+        if of is not None:
+            skin = np.clip((-shape.normals[..., 2] - _FLAT) / _FLAT, 0, 1) * skin
+        return shape, explain(planes, shape, skin, iod, encoded=scene.encoded)
+
+    assert scene.skin is not None
+    ours = scene.target, scene.skin, None
+    if scene.rendered:
+        return *one(ours), None
+    assert scene.reference_skin is not None
+    theirs = scene.reference, scene.reference_skin, scene.reference_landmarks
+    with pool(min(2, available())) as run:
+        (shape, target), (_, reference) = run(one, (ours, theirs))
+    return shape, target, reference
 
 
 def _layers(
@@ -165,9 +185,15 @@ def _above_chest(face: FaceRegions) -> Plane:
     return np.asarray(np.clip(share, 0, 1), np.float32)
 
 
-def _blur_of(face: LitFace | None, iod: float) -> float:
-    """Return the blur, in px, of a light that a face shows: where lamps explain little, they are not sure."""
-    return _VAGUE * iod * (1 - _sure_of(face))
+def _as_sure(
+    shading: tuple[Plane, Plane | None], face: LitFace | None, iod: float
+) -> tuple[Plane, Plane | None]:
+    """Return a shading blurred where the light is not sure: of a face that lamps explain little."""
+    blur = _VAGUE * iod * (1 - _sure_of(face))
+    if blur == 0:
+        return shading
+    bright, hue = shading
+    return blurred(bright, blur), None if hue is None else blurred(hue, blur)
 
 
 def _sure_of(face: LitFace | None) -> float:

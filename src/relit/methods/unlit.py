@@ -97,7 +97,7 @@ def _person(face: LitFace, iod: float) -> tuple[Plane, Plane]:
     """Return p, and its variance."""
     seen = shown(gaussian_filter(face.brightness, _WIDE * iod), face.encoded)
     noise = _curve(face) * _NOISE / np.maximum(seen, _NOISE)
-    person = np.log(np.maximum(face.brightness, _LEAST)) - face.shading(face.lamps)[0]
+    person = np.log(np.maximum(face.brightness, _LEAST)) - face.own_shading[0]
     return person, np.asarray(noise**2 + _SHAPE**2, np.float32)
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from dataclasses import fields, is_dataclass
 from functools import wraps
@@ -94,6 +94,25 @@ class Memo(Keeper):
                 self._results.pop(known[0][0])
             self._results.put(object(), _Result(step, given, made, arrays))
         return made
+
+
+@contextmanager
+def doing_once() -> Iterator[None]:
+    """Let each step within be done once: open a `Memo`, unless a keeper is open that sees to it.
+
+    Examples
+    --------
+    >>> @remembered
+    ... def double(values):
+    ...     print("computing")
+    ...     return 2 * values
+    >>> with doing_once():
+    ...     double(1) + double(1)
+    computing
+    4
+    """
+    with nullcontext() if _open.get() else Memo().open():
+        yield
 
 
 class _Result(NamedTuple):
