@@ -215,6 +215,7 @@ def _laid_over(seen: Seen, reference: Reference, options: TransferOptions) -> Al
         affine=options.affine,
         smoothing=options.smoothing,
         dtype=seen.view.pixels.dtype,
+        tolerance=options.record.map_tolerance,
     )
 
 

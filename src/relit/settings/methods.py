@@ -17,6 +17,8 @@ class Method:
     working_iod, preview_iod, sketch_iod : float
         Distance of the eyes, in px, that a face may be reduced to: for a result as good as on the whole
         photo, for the eye to judge by, and to follow a hand that is moving.
+    map_tolerance : float
+        Px that a reference may lie off where its map leads it.
     needs_second : bool
         Whether it takes a second reference: the reference's face in the target's light.
     anchors_itself : bool
@@ -31,6 +33,7 @@ class Method:
     """
 
     working_iod: float = 200.0
+    map_tolerance: float = 0.05
     preview_iod: float = 110.0
     sketch_iod: float = 25.0
     needs_second: bool = False
@@ -45,6 +48,7 @@ class Method:
 METHODS = {
     "shading": Method(
         working_iod=90.0,
+        map_tolerance=0.25,
         preview_iod=50.0,
         sketch_iod=18.0,
         anchors_itself=True,

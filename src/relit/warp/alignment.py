@@ -176,8 +176,9 @@ def lay_over(
     affine: bool = True,
     smoothing: float | None = None,
     dtype: DTypeLike | None = None,
+    tolerance: float = MAP_TOLERANCE,
 ) -> Alignment:
-    """Do what `align` does, of photos and landmarks that have been checked."""
+    """Do what `align` does, of photos and landmarks that have been checked; the map to `tolerance` px."""
     height, width = shape[:2]
     rows = control_rows(target_landmarks)
     here, there = target_landmarks.xy[rows], reference_landmarks.xy[rows]
@@ -200,7 +201,7 @@ def lay_over(
     )
     interpolant, used, folded = _least_folded(fit, ladder, lattices)
 
-    places = interpolant.on_grid(height, width, tolerance=MAP_TOLERANCE)
+    places = interpolant.on_grid(height, width, tolerance=tolerance)
     limits = np.array(reference.shape[1::-1]) - 0.5
     inside = np.asarray(((places >= -0.5) & (places <= limits)).all(axis=-1))
     warped = _sample(reference, places, similarity.scale)
