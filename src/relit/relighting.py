@@ -237,6 +237,7 @@ def _relight(seen: Seen, light: _Light, options: TransferOptions) -> Relit | Lig
             alignment=light.alignment,
             encoded=light.warped.ndim == 3 or seen.view.pixels.ndim == 3,
             skin=skin_shown(seen.view) if shading else None,
+            like_skin=seen.view.skin_likeness if shading else None,
             reference_skin=_trusted(seen, light, narrow=True) if shading and reference else None,
         )
     )

@@ -31,6 +31,7 @@ def change(target=None, encoded=True, **given):
     made = {
         "brightness": RNG.normal(0, 0.7, SHAPE).astype(np.float32),
         "hue": hue,
+        "bleach": None,
         "cast": CAST,
         "ours": 0.5,
         "theirs": 0.2,

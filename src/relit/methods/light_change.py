@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from relit.light.dome import Lamps
+    from relit.methods.bleach import Bleach
     from relit.methods.lit_face import Plane
 
 _SKINS = 0.4  # in log: how far two skins differ in colour; of rendered heads in white light, at most 0.26
@@ -36,6 +37,8 @@ class LightChange:
     hue : (H, W, 3) array or None
         By how much more than D red, green and blue change, against one another; the mean is 0. None of light
         without colour.
+    bleach : Bleach or None
+        How far the target's skin is bleached; None of a grey one.
     cast : (3,) array
         The mean of that: the reference's overall colour less the target's, light and skin alike.
     face : (H, W) bool array
@@ -56,6 +59,7 @@ class LightChange:
     encoded: bool
     brightness: Plane
     hue: Plane | None
+    bleach: Bleach | None
     cast: NDArray[np.float64]
     face: NDArray[np.bool_]
     ours: float
@@ -86,6 +90,8 @@ class LightChange:
         taken = exposure * np.log(max(self.theirs, 1e-4) / max(self.ours, 1e-4))
         anchor = np.log(ours / max(new, 1e-9)) + taken
         made = made * np.float32(np.exp(anchor))
+        if self.bleach is not None:
+            made = made * np.exp(self.bleach.undone(self.brightness + np.float32(anchor)))
         relit = shown(made, self.encoded)
         planes = relit[..., 0] if relit.shape[2] == 1 else relit
         return Relit(np.asarray(planes, np.float32), layers=self.layers)

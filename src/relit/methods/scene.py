@@ -54,6 +54,8 @@ class Scene:
         Whether the planes are light by the curve of sRGB; grey photos count as light itself.
     skin, reference_skin : (H, W) array or None
         Where the target shows skin, and where the reference does as well; None if it was rendered.
+    like_skin : (H, W) array or None
+        Where the target has the colours of the face's skin, on the face or off it, 0 to 1.
     """
 
     target: NDArray[Any]
@@ -69,6 +71,7 @@ class Scene:
     encoded: bool = True
     skin: NDArray[np.float32] | None = None
     reference_skin: NDArray[np.float32] | None = None
+    like_skin: NDArray[np.float32] | None = None
 
     @property
     def lam_px(self) -> float:

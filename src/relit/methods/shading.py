@@ -35,6 +35,7 @@ from relit.face.head import turn_between
 from relit.face.mirror import twins
 from relit.face.shape import head_shape
 from relit.light.lamps import rotated, softened, studio_lamps, turned
+from relit.methods.bleach import bleach_of
 from relit.methods.light_change import LightChange
 from relit.methods.lit_face import BRIGHTEST, LitFace, brightness_of, explain, linear, shown
 from relit.methods.residual import of_reference, of_target
@@ -63,6 +64,8 @@ _VAGUE, _SURE, _UNSURE = 0.5, 0.42, 0.3
 _NEARLY_ALL = 0.98  # the share of a face that changes less than the most that ears and neck may
 _LIDS = 0.08  # interocular distances that lids reach beyond the eyes
 _CHEST = 0.4, 0.9  # interocular distances below a face where a neck begins to end, and has ended
+_AROUND = 0.1  # interocular distances over which skin beyond the face is looked at
+_LITTLE, _MUCH = 0.15, 0.4  # in log: what may be left unexplained there, and what says that nothing is known
 _RIM = 0.03  # interocular distances that trust in the shape turns soft over at the rim of a head
 _FLAT = 0.2  # cosine of the angle to the camera up to which a reference shows nothing; at twice, it does
 
@@ -95,6 +98,7 @@ def relight(scene: Scene) -> LightChange:
     missing, reached = stand_in(bright, target, reference, face.features, twin, iod)
     change += reached * variance / (variance + _RESIDUAL_NOISE**2) * residual
     known = _soft(shape.head, iod) * (1 - _eyes_and_mouth(face)) * _above_chest(face)
+    known = known * _explained_beyond(scene, target, shape)
     hue, cast = _hue(scene, new_hue, old_hue, _HUE_NOISE * (2 - sure))
     planes = change[..., None] if hue is None else np.concatenate([change[..., None], hue], axis=2)
     planes = carried_on(_coarse_beyond(planes, shape, face, iod), known, iod)
@@ -104,6 +108,7 @@ def relight(scene: Scene) -> LightChange:
         encoded=scene.encoded,
         brightness=np.asarray(planes[..., 0] + missing, np.float32),
         hue=None if hue is None else planes[..., 1:],
+        bleach=bleach_of(linear(scene.target, scene.encoded), target.weight, iod),
         cast=cast,
         face=face.interior,
         ours=_brightest(target, face.interior),
@@ -165,6 +170,20 @@ def _coarse_beyond(planes: Plane, shape: FaceShape, face: FaceRegions, iod: floa
     wide = np.clip(wide, *np.quantile(skin, [1 - _NEARLY_ALL, _NEARLY_ALL], axis=0))
     held = np.clip(face.distance / blur, 0, 1).astype(np.float32)[..., None]
     return np.asarray(held * planes + (1 - held) * wide, np.float32)
+
+
+def _explained_beyond(scene: Scene, target: LitFace, shape: FaceShape) -> Plane:
+    """Return where lamps explain what is seen of a skin beyond the face, 0 to 1; 1 where none is seen.
+
+    A template's chin keeps the light from its neck. A photo's neck has light from a shirt, and of a wall.
+    """
+    face, iod = scene.face, scene.face.interocular_distance
+    assert scene.like_skin is not None
+    seen = np.asarray(scene.like_skin * shape.head * ~face.inside, np.float32)
+    near = blurred(seen, _AROUND * iod)
+    off = np.abs(blurred(seen * target.unexplained, _AROUND * iod)) / np.maximum(near, 1e-3)
+    doubt = np.clip((off - _LITTLE) / (_MUCH - _LITTLE), 0, 1) * np.minimum(4 * near, 1)
+    return np.asarray(np.where(face.inside, 1, 1 - doubt), np.float32)
 
 
 def _eyes_and_mouth(face: FaceRegions) -> Plane:
