@@ -48,6 +48,7 @@ def rendered(ball):
             TransferOptions(**options),
             skin=skin,
             reference_skin=skin,
+            like_skin=skin,
         ), ours * shades[1]
 
     return render
@@ -319,3 +320,21 @@ def test_the_less_sure_a_light_is_the_wider_it_is_blurred(explained, blur):
     atol = 0.01 if blur else 0
     np.testing.assert_allclose(bright, gaussian_filter(planes[..., 0], blur), atol=atol)
     np.testing.assert_allclose(hue, gaussian_filter(planes[..., 1:], (blur, blur, 0)), atol=atol)
+
+
+@pytest.mark.parametrize(("left", "known"), [(0.0, 1.0), (0.1, 1.0), (-0.275, 0.5), (0.6, 0.0)])
+def test_light_on_a_neck_counts_as_far_as_lamps_explain_it(ball, left, known):
+    landmarks, _, _ = ball
+    face = FaceRegions(landmarks, (100, 100))
+    head = np.ones(face.shape, bool)
+    seen = np.where(
+        face.inside, np.float32(0.9), np.float32(left)
+    )  # what is left over in the face is the face's
+    scene = SimpleNamespace(face=face, like_skin=head.astype(np.float32))
+    share = shading._explained_beyond(scene, SimpleNamespace(unexplained=seen), SimpleNamespace(head=head))
+    np.testing.assert_allclose(share[face.inside], 1)
+    np.testing.assert_allclose(share[~face.inside], known, atol=1e-3)
+    # What has not the colours of the skin, a shirt or hair, tells nothing.
+    scene.like_skin = np.zeros(face.shape, np.float32)
+    told = shading._explained_beyond(scene, SimpleNamespace(unexplained=seen), SimpleNamespace(head=head))
+    np.testing.assert_allclose(told, 1)
