@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 # What each of these is worth: docs/leaderboard.md, The constants.
 _GRAIN = 0.03  # interocular distances that hue is looked at over
 _USUAL = 0.1  # t that a skin may have by itself
+_BESIDE = 0.3  # of h: what is so far beside the line from it to white counts half
+_OF_BURNT = 0.5  # how much of what is burnt in is undone: skin in a shadow is redder by itself
 _EDGE = 0.02  # interocular distances over which skin ends
 _ALL = 0.5  # in log of light: a change from which on all of it is undone
 _DARKEST = 1e-4  # linear light that counts as none
@@ -65,15 +67,21 @@ class Bleach(NamedTuple):
         return np.asarray(share[..., None] * self.hue, np.float32)
 
 
-def bleach_of(light: Plane, skin: Plane, iod: float) -> Bleach | None:
+def bleach_of(
+    light: Plane, own_hue: Plane | None, skin: Plane, inside: NDArray[np.bool_], iod: float
+) -> Bleach | None:
     """Find how far a face's skin is bleached.
 
     Parameters
     ----------
     light : (H, W, 3) or (H, W) array
         Linear.
+    own_hue : (H, W, 3) array or None
+        Of the light that falls on it, as log over its brightness.
     skin : (H, W) array
         Where the face shows skin, 0 to 1.
+    inside : (H, W) bool array
+        Where the face is; what is brighter there than most of its skin is a highlight.
     iod : float
         Interocular distance in px.
 
@@ -86,10 +94,19 @@ def bleach_of(light: Plane, skin: Plane, iod: float) -> Bleach | None:
     if light.ndim == 2 or not shown.any():
         return None
     smooth = np.maximum(blurred(light, _GRAIN * iod), _DARKEST)
-    hue = np.log(smooth / (smooth @ LUMA_WEIGHTS.astype(np.float32))[..., None])
+    brightness = smooth @ LUMA_WEIGHTS.astype(np.float32)
+    hue = np.log(smooth / brightness[..., None])
+    if own_hue is not None:
+        hue -= own_hue - np.median(own_hue[shown], axis=0)
     usual = np.median(hue[shown], axis=0)
-    if usual @ usual < _DARKEST:
+    size = float(usual @ usual)
+    if size < _DARKEST:
         return None
-    share = 1 - hue @ usual / (usual @ usual)
+    share = 1 - hue @ usual / size
+    # Beside the line from a skin to white, or beyond white, there is paint, or another light.
+    beside = ((hue - (1 - share)[..., None] * usual) ** 2).sum(axis=2) / size
+    trust = np.clip(2 - share, 0, 1) / (1 + beside / _BESIDE**2)
     share = np.clip(share - np.clip(share, -_USUAL, _USUAL), -1, 1)
-    return Bleach(np.asarray(share * gaussian_filter(skin, _EDGE * iod), np.float32), usual)
+    share = trust * np.where(share < 0, _OF_BURNT * share, share)
+    there = np.maximum(skin, inside & (brightness > np.median(brightness[shown])))
+    return Bleach(np.asarray(share * gaussian_filter(there, _EDGE * iod), np.float32), usual)

@@ -94,7 +94,8 @@ def relight(scene: Scene) -> LightChange:
         change *= _shrunk(variance, _NOISE)
         if options.turn == 0:  # shadows and highlights that were found do not turn
             residual += (1 - options.softness) * sure * of_reference(reference, face.below_brows, blur, iod)
-    bright = brightness_of(linear(scene.target, scene.encoded))
+    photo = linear(scene.target, scene.encoded)
+    bright = brightness_of(photo)
     missing, reached = stand_in(bright, target, reference, face.features, twin, iod)
     change += reached * variance / (variance + _RESIDUAL_NOISE**2) * residual
     known = _soft(shape.head, iod) * (1 - _eyes_and_mouth(face)) * _above_chest(face)
@@ -108,7 +109,7 @@ def relight(scene: Scene) -> LightChange:
         encoded=scene.encoded,
         brightness=np.asarray(planes[..., 0] + missing, np.float32),
         hue=None if hue is None else planes[..., 1:],
-        bleach=bleach_of(linear(scene.target, scene.encoded), target.weight, iod),
+        bleach=bleach_of(photo, target.own_shading[1], target.weight, face.inside & ~face.features, iod),
         cast=cast,
         face=face.interior,
         ours=_brightest(target, face.interior),
