@@ -11,7 +11,7 @@ from relit.compose.adjust import anchored
 from relit.evaluate.face_scores import face_scores
 from relit.evaluate.heads import Heads
 from relit.face.regions import FaceRegions
-from relit.methods import shading
+from relit.methods import known_shape, shading
 from relit.methods.scene import Scene
 from relit.photo.color import luma
 from relit.photo.profile import decode_srgb, encode_srgb
@@ -331,10 +331,12 @@ def test_light_on_a_neck_counts_as_far_as_lamps_explain_it(ball, left, known):
         face.inside, np.float32(0.9), np.float32(left)
     )  # what is left over in the face is the face's
     scene = SimpleNamespace(face=face, like_skin=head.astype(np.float32))
-    share = shading._explained_beyond(scene, SimpleNamespace(unexplained=seen), SimpleNamespace(head=head))
+    share = known_shape._explained_beyond(
+        scene, SimpleNamespace(unexplained=seen), SimpleNamespace(head=head)
+    )
     np.testing.assert_allclose(share[face.inside], 1)
     np.testing.assert_allclose(share[~face.inside], known, atol=1e-3)
     # What has not the colours of the skin, a shirt or hair, tells nothing.
     scene.like_skin = np.zeros(face.shape, np.float32)
-    told = shading._explained_beyond(scene, SimpleNamespace(unexplained=seen), SimpleNamespace(head=head))
+    told = known_shape._explained_beyond(scene, SimpleNamespace(unexplained=seen), SimpleNamespace(head=head))
     np.testing.assert_allclose(told, 1)

@@ -29,13 +29,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt, gaussian_filter
+from scipy.ndimage import gaussian_filter
 
 from relit.face.head import turn_between
 from relit.face.mirror import twins
 from relit.face.shape import head_shape
 from relit.light.lamps import rotated, softened, studio_lamps, turned
 from relit.methods.bleach import bleach_of
+from relit.methods.known_shape import known_shape
 from relit.methods.light_change import LightChange
 from relit.methods.lit_face import BRIGHTEST, LitFace, brightness_of, explain, linear, shown
 from relit.methods.residual import of_reference, of_target
@@ -62,11 +63,6 @@ _COARSE = 0.2  # interocular distances that a change is blurred over beyond the 
 # whose light is, and is not. Of rendered heads nearly all are; of photos, shadows lose the template's edges.
 _VAGUE, _SURE, _UNSURE = 0.5, 0.42, 0.3
 _NEARLY_ALL = 0.98  # the share of a face that changes less than the most that ears and neck may
-_LIDS = 0.08  # interocular distances that lids reach beyond the eyes
-_CHEST = 0.4, 0.9  # interocular distances below a face where a neck begins to end, and has ended
-_AROUND = 0.1  # interocular distances over which skin beyond the face is looked at
-_LITTLE, _MUCH = 0.15, 0.4  # in log: what may be left unexplained there, and what says that nothing is known
-_RIM = 0.03  # interocular distances that trust in the shape turns soft over at the rim of a head
 _FLAT = 0.2  # cosine of the angle to the camera up to which a reference shows nothing; at twice, it does
 
 
@@ -98,8 +94,7 @@ def relight(scene: Scene) -> LightChange:
     bright = brightness_of(photo)
     missing, reached = stand_in(bright, target, reference, face.features, twin, iod)
     change += reached * variance / (variance + _RESIDUAL_NOISE**2) * residual
-    known = _soft(shape.head, iod) * (1 - _eyes_and_mouth(face)) * _above_chest(face)
-    known = known * _explained_beyond(scene, target, shape)
+    known = known_shape(scene, target, shape)
     hue, cast = _hue(scene, new_hue, old_hue, _HUE_NOISE * (2 - sure))
     planes = change[..., None] if hue is None else np.concatenate([change[..., None], hue], axis=2)
     planes = carried_on(_coarse_beyond(planes, shape, face, iod), known, iod)
@@ -173,38 +168,6 @@ def _coarse_beyond(planes: Plane, shape: FaceShape, face: FaceRegions, iod: floa
     return np.asarray(held * planes + (1 - held) * wide, np.float32)
 
 
-def _explained_beyond(scene: Scene, target: LitFace, shape: FaceShape) -> Plane:
-    """Return where lamps explain what is seen of a skin beyond the face, 0 to 1; 1 where none is seen.
-
-    A template's chin keeps the light from its neck. A photo's neck has light from a shirt, and of a wall.
-    """
-    face, iod = scene.face, scene.face.interocular_distance
-    assert scene.like_skin is not None
-    seen = np.asarray(scene.like_skin * shape.head * ~face.inside, np.float32)
-    near = blurred(seen, _AROUND * iod)
-    off = np.abs(blurred(seen * target.unexplained, _AROUND * iod)) / np.maximum(near, 1e-3)
-    doubt = np.clip((off - _LITTLE) / (_MUCH - _LITTLE), 0, 1) * np.minimum(4 * near, 1)
-    return np.asarray(np.where(face.inside, 1, 1 - doubt), np.float32)
-
-
-def _eyes_and_mouth(face: FaceRegions) -> Plane:
-    """Return where eyes, lids and an open mouth are, whose shape no template has, 0 to 1."""
-    iod = face.interocular_distance
-    near = np.zeros(face.shape, bool)
-    for name, reach in (("eyes", _LIDS), ("inner_mouth", _LIDS / 2)):
-        hulls = face.hulls((name,))
-        if hulls.any():
-            near |= distance_transform_edt(~hulls) < reach * iod
-    return gaussian_filter(near.astype(np.float32), _LIDS / 2 * iod)
-
-
-def _above_chest(face: FaceRegions) -> Plane:
-    """Return where light on a head is known, 0 to 1: not on shoulders, clothed and no template's."""
-    first, last = _CHEST
-    share = (last + face.height / np.float32(face.interocular_distance)) / (last - first)
-    return np.asarray(np.clip(share, 0, 1), np.float32)
-
-
 def _as_sure(
     shading: tuple[Plane, Plane | None], face: LitFace | None, iod: float
 ) -> tuple[Plane, Plane | None]:
@@ -259,12 +222,6 @@ def _brightest(face: LitFace, inside: NDArray[np.bool_]) -> float:
     """Return the brightness of a face where it is lit."""
     skin = (face.weight > 0.5) & inside
     return float(np.quantile(face.brightness[skin if skin.any() else inside], BRIGHTEST))
-
-
-def _soft(head: NDArray[np.bool_], iod: float) -> Plane:
-    """Return where a head is, 0 to 1, and less at its rim, where a surface is seen too flat to be shaded."""
-    blurred = gaussian_filter(head.astype(np.float32), _RIM * iod, mode="nearest")
-    return np.clip(2 * blurred - 1, 0, 1)
 
 
 def _confidence(reference: LitFace, target: LitFace) -> float:

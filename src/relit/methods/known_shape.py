@@ -1,0 +1,94 @@
+"""Where the shape of a target's head is known well enough to say what light does on it.
+
+A template has a head's shape, and the landmarks that of a face, but not of lids, nostrils and an open mouth;
+shoulders and clothes are nobody's; and a neck has light from a shirt, which no template knows. There a change
+of light is carried on from where it is known.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt, gaussian_filter
+
+from relit.face.outline import drawn
+from relit.photo.resampling import blurred
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from relit.face.regions import FaceRegions
+    from relit.face.shape import FaceShape
+    from relit.methods.lit_face import LitFace, Plane
+    from relit.methods.scene import Scene
+
+# What each of these is worth: docs/leaderboard.md, The constants.
+_LIDS = 0.08  # interocular distances that lids reach beyond the eyes
+_WINGS = 0.05  # the same of the crease below a nose, which a template has where it is not
+_NOSE_WINGS = 48, 64, 98, 97, 2, 326, 327, 294, 278  # rows of the mesh along it
+_CHEST = 0.4, 0.9  # interocular distances below a face where a neck begins to end, and has ended
+_AROUND = 0.1  # interocular distances over which skin beyond the face is looked at
+_LITTLE, _MUCH = 0.15, 0.4  # in log: what may be left unexplained there, and what says that nothing is known
+_RIM = 0.03  # interocular distances that trust in the shape turns soft over at the rim of a head
+
+
+def known_shape(scene: Scene, target: LitFace, shape: FaceShape) -> Plane:
+    """Return where the light on a head is known, 0 to 1.
+
+    Parameters
+    ----------
+    scene : Scene
+    target : LitFace
+        In its own light.
+    shape : FaceShape
+        Of the target's head.
+
+    Returns
+    -------
+    (H, W) float32 array
+    """
+    face = scene.face
+    head = _soft(shape.head, face.interocular_distance)
+    return head * (1 - _fine_shapes(face)) * _above_chest(face) * _explained_beyond(scene, target, shape)
+
+
+def _explained_beyond(scene: Scene, target: LitFace, shape: FaceShape) -> Plane:
+    """Return where lamps explain what is seen of a skin beyond the face, 0 to 1; 1 where none is seen.
+
+    A template's chin keeps the light from its neck. A photo's neck has light from a shirt, and of a wall.
+    """
+    face, iod = scene.face, scene.face.interocular_distance
+    assert scene.like_skin is not None
+    seen = np.asarray(scene.like_skin * shape.head * ~face.inside, np.float32)
+    near = blurred(seen, _AROUND * iod)
+    off = np.abs(blurred(seen * target.unexplained, _AROUND * iod)) / np.maximum(near, 1e-3)
+    doubt = np.clip((off - _LITTLE) / (_MUCH - _LITTLE), 0, 1) * np.minimum(4 * near, 1)
+    return np.asarray(np.where(face.inside, 1, 1 - doubt), np.float32)
+
+
+def _fine_shapes(face: FaceRegions) -> Plane:
+    """Return where eyes, lids, nostrils and an open mouth are, whose shape no template has, 0 to 1."""
+    iod = face.interocular_distance
+    near = np.zeros(face.shape, bool)
+    for name, reach in (("eyes", _LIDS), ("inner_mouth", _LIDS / 2)):
+        hulls = face.hulls((name,))
+        if hulls.any():
+            near |= distance_transform_edt(~hulls) < reach * iod
+    if face.landmarks.scheme == "mesh478":
+        wings = face.landmarks.xy[list(_NOSE_WINGS)]
+        near |= distance_transform_edt(~drawn([np.vstack([wings, wings[::-1]])], face.shape)) < _WINGS * iod
+    return gaussian_filter(near.astype(np.float32), _LIDS / 2 * iod)
+
+
+def _above_chest(face: FaceRegions) -> Plane:
+    """Return where light on a head is known, 0 to 1: not on shoulders, clothed and no template's."""
+    first, last = _CHEST
+    share = (last + face.height / np.float32(face.interocular_distance)) / (last - first)
+    return np.asarray(np.clip(share, 0, 1), np.float32)
+
+
+def _soft(head: NDArray[np.bool_], iod: float) -> Plane:
+    """Return where a head is, 0 to 1, and less at its rim, where a surface is seen too flat to be shaded."""
+    blurred = gaussian_filter(head.astype(np.float32), _RIM * iod, mode="nearest")
+    return np.clip(2 * blurred - 1, 0, 1)
