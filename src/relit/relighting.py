@@ -17,8 +17,8 @@ import numpy as np
 
 from relit.compose.adjust import anchored, controlled
 from relit.compose.blend import blend
+from relit.compose.hair import hair, sparing_hair
 from relit.compose.matte import sparing_whites
-from relit.compose.person_matte import hair, sparing_hair
 from relit.compose.share import share_of_change
 from relit.errors import OptionError
 from relit.face.shape import face_shape, head_shape

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
-from relit.compose.person_matte import corners_round, hair, person_matte, sparing_hair
+from relit.compose.hair import hair, sparing_hair
+from relit.compose.person_matte import corners_round, person_matte
 from relit.evaluate.color_difference import ciede2000
 from relit.evaluate.heads import Heads
 from relit.face.detect import detect_faces, detect_landmarks
@@ -159,6 +160,20 @@ def test_white_cloth_does_not_burn_out_but_is_coloured(portraits):
     np.testing.assert_allclose(made[:, 1], 1, atol=2e-3)
     assert np.all(made[:, 0] < 0.97)
     assert np.all(made[:, 2] < made[:, 0])
+
+
+def test_a_coloured_spot_beside_a_neck_is_spread_over_the_shirt(portraits):
+    photo = read_image(portraits / "030_03.jpg").pixels
+    view, base = seen(photo, detect_landmarks(photo)), photo.astype(np.float32) / 255 + 1e-3
+    rows, columns = np.indices(photo.shape[:2])
+    cloth = (hair(view) > 0.999) & (view.regions.height < -0.4 * view.regions.interocular_distance)
+    middle = np.argwhere(cloth)[len(np.argwhere(cloth)) // 2]
+    spot = np.exp(-((rows - middle[0]) ** 2 + (columns - middle[1]) ** 2) / 2 / 15**2)
+    change = np.asarray(-0.3 - spot[..., None] * [0.0, 0.4, 0.8], np.float32)
+    made = sparing_hair(change, base, view)[cloth]
+    assert np.ptp(made[:, 2]) < 0.1 * np.ptp(change[cloth][:, 2])
+    level = np.full_like(change, -0.3)
+    np.testing.assert_allclose(sparing_hair(level, base, view)[cloth], 0.4 * -0.3, atol=2e-3)
 
 
 def test_beside_another_a_change_ends_before_the_other(portraits):

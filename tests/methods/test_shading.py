@@ -327,16 +327,20 @@ def test_light_on_a_neck_counts_as_far_as_lamps_explain_it(ball, left, known):
     landmarks, _, _ = ball
     face = FaceRegions(landmarks, (100, 100))
     head = np.ones(face.shape, bool)
-    seen = np.where(
-        face.inside, np.float32(0.9), np.float32(left)
-    )  # what is left over in the face is the face's
+    # What is left over in the face is the face's own.
+    target = SimpleNamespace(unexplained=np.where(face.inside, np.float32(0.9), np.float32(left)))
     scene = SimpleNamespace(face=face, like_skin=head.astype(np.float32))
-    share = known_shape._explained_beyond(
-        scene, SimpleNamespace(unexplained=seen), SimpleNamespace(head=head)
-    )
+    share = known_shape._explained_beyond(scene, target, head)
     np.testing.assert_allclose(share[face.inside], 1)
     np.testing.assert_allclose(share[~face.inside], known, atol=1e-3)
+    # A change is the template's as far as that, and what is round it beyond.
+    change = np.where(face.inside, np.float32(0.2), np.float32(0.8))
+    made = known_shape.as_explained(change, np.ones(face.shape, np.float32), scene, target, head)
+    np.testing.assert_allclose(made[face.inside], 0.2, atol=1e-6)
+    assert np.all((made[~face.inside] <= 0.8 + 1e-6) & (made[~face.inside] >= 0.2 - 1e-6) | (known == 0))
+    if known == 0:
+        rim = ~face.inside & (gaussian_filter(face.inside.astype(np.float32), 3) > 0.3)
+        np.testing.assert_allclose(made[rim], 0.2, atol=0.02)
     # What has not the colours of the skin, a shirt or hair, tells nothing.
     scene.like_skin = np.zeros(face.shape, np.float32)
-    told = known_shape._explained_beyond(scene, SimpleNamespace(unexplained=seen), SimpleNamespace(head=head))
-    np.testing.assert_allclose(told, 1)
+    np.testing.assert_allclose(known_shape._explained_beyond(scene, target, head), 1)

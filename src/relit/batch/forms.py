@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from relit.batch.reading import fetch
+from relit.compose.hair import hair
 from relit.compose.matte import eyes_and_teeth, matte
-from relit.compose.person_matte import hair, person_area, person_matte
+from relit.compose.person_matte import person_area, person_matte
 from relit.face.detect import faces_in
 from relit.face.landmarks import Landmarks
 from relit.face.person import person

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.ndimage import binary_dilation, distance_transform_edt, gaussian_filter, label
 
-from relit.compose.matte import matte, skin_share
+from relit.compose.matte import matte
 from relit.face.outline import across, face_outline
 from relit.face.person import person
 from relit.face.shape import head_shape
@@ -45,9 +45,6 @@ _CONTRAST = 0.05  # of 1: colours nearer to each other than that do not tell
 _SEEN = 0.02  # share of a window that has to be surely one or the other
 _FROM, _RISE = 0.2, 0.4  # likeliness that begins to count, and how much more is all of it
 _FARTHER, _DOUBT = 0.3, 2.0  # how much later it begins per interocular distance, and by the share of doubt
-# Of a change of brightness, and of hue, that hair and cloth do not take; by eye on forty pairs.
-_SPARED, _SPARED_HUE = 0.6, 0.5
-_PATCH = 0.03  # interocular distances over which skin and hair turn into each other
 _OVERHANG = 0.12  # interocular distances that a mesh may overhang a cheek
 _FAINT = 0.08  # of the matte: of twelve rendered heads, walls take less (mean ΔE00 .027, not .032 with .04)
 
@@ -68,17 +65,6 @@ def person_matte(view: View) -> NDArray[np.float32]:
         `corners_round`. Where the network does not see a person, that of the skin.
     """
     return person_area(view) * _fade(view.regions, _BESIDE if _alone(view) else _BESIDE_OTHERS)
-
-
-@remembered
-def hair(view: View) -> NDArray[np.float32]:
-    """Return how much of each pixel is hair or cloth of the person, (H, W) in [0, 1].
-
-    It is what of the person does not look like the skin of the face; below the brows, all of a face is skin.
-    """
-    size = _PATCH * view.regions.interocular_distance
-    other = gaussian_filter(1 - skin_share(view), size, mode="nearest")
-    return np.asarray(person_area(view) * other, np.float32)
 
 
 def corners_round(landmarks: Landmarks) -> NDArray[np.float64]:
@@ -244,29 +230,3 @@ def _colors(
         mean(weight * planes) / np.maximum(seen, np.float32(1e-6)) for planes in (colors, colors**2)
     )
     return seen[..., 0], level.astype(np.float32), np.maximum(square - level**2, 0).sum(axis=2)
-
-
-def sparing_hair(change: NDArray[np.float32], base: NDArray[np.float32], view: View) -> NDArray[np.float32]:
-    """Return a change of which hair and cloth take less: they scatter light, and lie where no template does.
-
-    How bright they get is what the brightest channel tells, as of a light behind a filter. White cloth does
-    not burn out, but takes the light's colour.
-
-    Parameters
-    ----------
-    change : (h, w, k) float32 array
-        In logarithms of `base`.
-    base : (h, w, k) float32 array
-        What of the target is relit, 0 to 1.
-    view : View
-        Of the target.
-
-    Returns
-    -------
-    (h, w, k) float32 array
-    """
-    part = hair(view)[..., None]
-    bright = change.max(axis=2, keepdims=True)
-    spared = bright * (1 - _SPARED * part) + (change - bright) * (1 - _SPARED_HUE * part)
-    beyond_white = np.maximum((np.log(base) + spared).max(axis=2, keepdims=True), 0)
-    return np.asarray(spared - part * beyond_white, np.float32)

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from relit.face.regions import FaceRegions
-    from relit.face.shape import FaceShape
     from relit.methods.lit_face import LitFace, Plane
     from relit.methods.scene import Scene
 
@@ -29,38 +28,61 @@ _WINGS = 0.05  # the same of the crease below a nose, which a template has where
 _NOSE_WINGS = 48, 64, 98, 97, 2, 326, 327, 294, 278  # rows of the mesh along it
 _CHEST = 0.4, 0.9  # interocular distances below a face where a neck begins to end, and has ended
 _AROUND = 0.1  # interocular distances over which skin beyond the face is looked at
+_ROUND_IT = 0.3  # interocular distances from where a change is taken instead
 _LITTLE, _MUCH = 0.15, 0.4  # in log: what may be left unexplained there, and what says that nothing is known
 _RIM = 0.03  # interocular distances that trust in the shape turns soft over at the rim of a head
 
 
-def known_shape(scene: Scene, target: LitFace, shape: FaceShape) -> Plane:
+def known_shape(face: FaceRegions, head: NDArray[np.bool_]) -> Plane:
     """Return where the light on a head is known, 0 to 1.
 
     Parameters
     ----------
-    scene : Scene
-    target : LitFace
-        In its own light.
-    shape : FaceShape
-        Of the target's head.
+    face : FaceRegions
+    head : (H, W) bool array
+        Where the head is.
 
     Returns
     -------
     (H, W) float32 array
     """
-    face = scene.face
-    head = _soft(shape.head, face.interocular_distance)
-    return head * (1 - _fine_shapes(face)) * _above_chest(face) * _explained_beyond(scene, target, shape)
+    return _soft(head, face.interocular_distance) * (1 - _fine_shapes(face)) * _above_chest(face)
 
 
-def _explained_beyond(scene: Scene, target: LitFace, shape: FaceShape) -> Plane:
+def as_explained(
+    change: Plane, known: Plane, scene: Scene, target: LitFace, head: NDArray[np.bool_]
+) -> Plane:
+    """Return a change of brightness, as round it where lamps do not explain the skin beyond the face.
+
+    Parameters
+    ----------
+    change : (H, W) array
+    known : (H, W) array
+        As of `known_shape`.
+    scene : Scene
+    target : LitFace
+        In its own light.
+    head : (H, W) bool array
+        Where the head is.
+
+    Returns
+    -------
+    (H, W) float32 array
+    """
+    trust, wide = _explained_beyond(scene, target, head), _ROUND_IT * scene.face.interocular_distance
+    near = known * trust
+    around = blurred(near * change, wide) / np.maximum(blurred(near, wide), 1e-2)
+    return np.asarray(trust * change + (1 - trust) * around, np.float32)
+
+
+def _explained_beyond(scene: Scene, target: LitFace, head: NDArray[np.bool_]) -> Plane:
     """Return where lamps explain what is seen of a skin beyond the face, 0 to 1; 1 where none is seen.
 
     A template's chin keeps the light from its neck. A photo's neck has light from a shirt, and of a wall.
     """
     face, iod = scene.face, scene.face.interocular_distance
     assert scene.like_skin is not None
-    seen = np.asarray(scene.like_skin * shape.head * ~face.inside, np.float32)
+    seen = np.asarray(scene.like_skin * head * ~face.inside, np.float32)
     near = blurred(seen, _AROUND * iod)
     off = np.abs(blurred(seen * target.unexplained, _AROUND * iod)) / np.maximum(near, 1e-3)
     doubt = np.clip((off - _LITTLE) / (_MUCH - _LITTLE), 0, 1) * np.minimum(4 * near, 1)

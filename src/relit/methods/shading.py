@@ -36,7 +36,7 @@ from relit.face.mirror import twins
 from relit.face.shape import head_shape
 from relit.light.lamps import rotated, softened, studio_lamps, turned
 from relit.methods.bleach import bleach_of
-from relit.methods.known_shape import known_shape
+from relit.methods.known_shape import as_explained, known_shape
 from relit.methods.light_change import LightChange
 from relit.methods.lit_face import BRIGHTEST, LitFace, brightness_of, explain, linear, shown
 from relit.methods.residual import of_reference, of_target
@@ -94,7 +94,8 @@ def relight(scene: Scene) -> LightChange:
     bright = brightness_of(photo)
     missing, reached = stand_in(bright, target, reference, face.features, twin, iod)
     change += reached * variance / (variance + _RESIDUAL_NOISE**2) * residual
-    known = known_shape(scene, target, shape)
+    known = known_shape(face, shape.head)
+    change = as_explained(change, known, scene, target, shape.head)
     hue, cast = _hue(scene, new_hue, old_hue, _HUE_NOISE * (2 - sure))
     planes = change[..., None] if hue is None else np.concatenate([change[..., None], hue], axis=2)
     planes = carried_on(_coarse_beyond(planes, shape, face, iod), known, iod)
