@@ -73,7 +73,7 @@ def start(code, command, place, **options):
 MOMENTS = {
     "reading": ("relit.cli.terminal", "read_image"),
     "finding the face": ("relit.inputs", "check_pair"),
-    "solving": ("relit.methods.shading", "explain"),
+    "solving": ("relit.methods.shading", "stand_in"),
     "encoding": ("relit.photo.writing", "save"),
     "writing": ("os", "fsync"),
     "naming": ("pathlib", "Path.hardlink_to"),

@@ -84,7 +84,13 @@ def pool(threads: int) -> Iterator[Run]:
             waiting = [executor.submit(copy_context().run, function, item) for item in items]
             return [one.result() for one in waiting]
 
-        yield run
+        try:
+            yield run
+        except BaseException:
+            executor.shutdown(
+                wait=False, cancel_futures=True
+            )  # who stops does not wait for what has not begun
+            raise
 
 
 @contextmanager
