@@ -337,10 +337,9 @@ def test_light_on_a_neck_counts_as_far_as_lamps_explain_it(ball, left, known):
     change = np.where(face.inside, np.float32(0.2), np.float32(0.8))
     made = known_shape.as_explained(change, np.ones(face.shape, np.float32), scene, target, head)
     np.testing.assert_allclose(made[face.inside], 0.2, atol=1e-6)
-    assert np.all((made[~face.inside] <= 0.8 + 1e-6) & (made[~face.inside] >= 0.2 - 1e-6) | (known == 0))
+    assert np.all((made[~face.inside] <= 0.8 + 1e-6) & (made[~face.inside] >= 0.2 - 1e-4))
     if known == 0:
-        rim = ~face.inside & (gaussian_filter(face.inside.astype(np.float32), 3) > 0.3)
-        np.testing.assert_allclose(made[rim], 0.2, atol=0.02)
+        np.testing.assert_allclose(made[~face.inside], 0.2, atol=1e-4)
     # What has not the colours of the skin, a shirt or hair, tells nothing.
     scene.like_skin = np.zeros(face.shape, np.float32)
     np.testing.assert_allclose(known_shape._explained_beyond(scene, target, head), 1)

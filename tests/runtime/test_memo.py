@@ -1,5 +1,6 @@
 """Results that are kept: always what the step would have given, and no more than they may hold."""
 
+import threading
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,13 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import relit.face.person
 from relit.face.detect import detect_landmarks
 from relit.photo.reading import read_image
 from relit.photo.resampling import reduced
 from relit.photo.samples import sample
 from relit.relighting import transfer
-from relit.runtime.memo import Memo, remembered, same, size_of
-from relit.runtime.threads import pool
+from relit.runtime.memo import Memo, doing_once, remembered, same, size_of
+from relit.runtime.threads import limit, meanwhile, pool
 from relit.settings.options import TransferOptions
 
 
@@ -189,3 +191,59 @@ def test_a_transfer_in_a_memo_is_the_transfer_without():
         alone = transfer(target, reference, **pair, options=options)
         np.testing.assert_array_equal(result.image, alone.image)
         np.testing.assert_array_equal(result.first.warped, alone.first.warped)
+
+
+def test_a_step_that_was_done_meanwhile_is_not_done_again():
+    step, calls = counted()
+    with doing_once():
+        with meanwhile(lambda: step(np.ones(3))):
+            pass
+        step(np.ones(3))
+    assert len(calls) == 1
+
+
+def test_what_is_done_once_is_kept_by_who_keeps_already():
+    step, calls = counted()
+    with Memo().open():
+        for _ in range(2):
+            with doing_once():
+                step(np.ones(3))
+    assert len(calls) == 1
+
+
+def test_without_a_thread_to_spare_nothing_is_done_meanwhile():
+    done = []
+    with limit(1), meanwhile(lambda: done.append(1)):
+        pass
+    assert not done
+
+
+@pytest.mark.parametrize("threads", [2, 3])
+def test_an_error_meanwhile_is_raised(threads):
+    def fail():
+        raise KeyError("meanwhile")
+
+    with limit(threads), pytest.raises(KeyError, match="meanwhile"), meanwhile(fail):
+        pass
+
+
+def test_who_stops_does_not_wait_for_what_has_not_begun():
+    begun, stop = [], threading.Event()
+
+    def work(item):
+        begun.append(item)
+        if item == 0:
+            raise KeyboardInterrupt
+        stop.wait(1)
+
+    with pytest.raises(KeyboardInterrupt), pool(2) as run:
+        run(work, range(50))
+    assert len(begun) < 10
+
+
+def test_a_transfer_looks_at_the_person_once(monkeypatch):
+    seen = []
+    see = relit.face.person.see_person
+    monkeypatch.setattr(relit.face.person, "see_person", lambda *given: seen.append(1) or see(*given))
+    transfer(read_image(sample("target")), read_image(sample("reference")))
+    assert len(seen) == 2  # near and wide

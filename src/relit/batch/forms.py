@@ -56,8 +56,9 @@ FORMS: dict[Callable[..., Any], tuple[Callable[[Any], Arrays], Callable[[Arrays]
     ),
 }
 
-#: The steps on a target alone that are worth memory only: rows that share it mostly follow each other, while
-#: hardly another row has the same pair.
 _OF_SHAPE_AND_LIGHT = explain, face_shape, head_shape, surface_of
 _OF_PIXELS = eyes_and_teeth, hair, matte, person, person_area, person_matte, skin_shown
+
+#: The steps on a target alone that are worth memory only: rows that share it mostly follow each other, while
+#: hardly another row has the same pair.
 OF_TARGETS = {unwrap(step) for step in _OF_SHAPE_AND_LIGHT + _OF_PIXELS}

@@ -71,7 +71,9 @@ def as_explained(
     """
     trust, wide = _explained_beyond(scene, target, head), _ROUND_IT * scene.face.interocular_distance
     near = known * trust
-    around = blurred(near * change, wide) / np.maximum(blurred(near, wide), 1e-2)
+    # Far from all that is explained, it is the mean.
+    mean = float((near * change).sum() / max(float(near.sum()), 1e-9))
+    around = mean + blurred(near * (change - np.float32(mean)), wide) / np.maximum(blurred(near, wide), 1e-2)
     return np.asarray(trust * change + (1 - trust) * around, np.float32)
 
 
@@ -112,5 +114,5 @@ def _above_chest(face: FaceRegions) -> Plane:
 
 def _soft(head: NDArray[np.bool_], iod: float) -> Plane:
     """Return where a head is, 0 to 1, and less at its rim, where a surface is seen too flat to be shaded."""
-    blurred = gaussian_filter(head.astype(np.float32), _RIM * iod, mode="nearest")
-    return np.clip(2 * blurred - 1, 0, 1)
+    soft = gaussian_filter(head.astype(np.float32), _RIM * iod, mode="nearest")
+    return np.clip(2 * soft - 1, 0, 1)

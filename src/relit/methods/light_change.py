@@ -37,10 +37,10 @@ class LightChange:
     hue : (H, W, 3) array or None
         By how much more than D red, green and blue change, against one another; the mean is 0. None of light
         without colour.
-    bleach : Bleach or None
-        How far the target's skin is bleached; None of a grey one.
     cast : (3,) array
         The mean of that: the reference's overall colour less the target's, light and skin alike.
+    bleach : Bleach or None
+        How far the target's skin is bleached, which is undone as its brightness changes; None of a grey one.
     face : (H, W) bool array
         Where brightness is measured.
     ours, theirs : float
@@ -59,8 +59,8 @@ class LightChange:
     encoded: bool
     brightness: Plane
     hue: Plane | None
-    bleach: Bleach | None
     cast: NDArray[np.float64]
+    bleach: Bleach | None
     face: NDArray[np.bool_]
     ours: float
     theirs: float

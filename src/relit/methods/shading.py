@@ -17,7 +17,7 @@ its shape, e what they leave unexplained. The target's brightness changes by
 5. The less lamps explain of a face, the less is sure of its light: s is blurred, r counts less, and hue is
    shrunk more.
 6. How strong a light is, and its overall colour, cannot be told from how dark a skin is, and of what colour:
-   `LightChange.anchored` is told.
+   `LightChange.anchored` is told. What a photo has bleached of the skin is undone as it changes: `bleach`.
 
 References
 ----------

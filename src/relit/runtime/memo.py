@@ -20,6 +20,7 @@ import numpy as np
 
 from relit.runtime.lru import LRU
 
+_OF_ONE_CALL = 400_000_000  # bytes: two faces under 100 lamps, of up to 155 MB each, and the small steps
 _EACH = 8  # results of a step: both photos at two sizes, now and before; more only take time to look through
 
 Given = ParamSpec("Given")
@@ -102,16 +103,15 @@ def doing_once() -> Iterator[None]:
 
     Examples
     --------
-    >>> @remembered
-    ... def double(values):
-    ...     print("computing")
-    ...     return 2 * values
+    >>> done = []
+    >>> step = remembered(lambda value: done.append(value))
     >>> with doing_once():
-    ...     double(1) + double(1)
-    computing
-    4
+    ...     step(1), step(2), step(1)
+    (None, None, None)
+    >>> done
+    [1, 2]
     """
-    with nullcontext() if _open.get() else Memo().open():
+    with nullcontext() if _open.get() else Memo(_OF_ONE_CALL).open():
         yield
 
 

@@ -67,7 +67,7 @@ class TransferOptions:
         other methods take it by default.
     tint : {"keep", "take", "neutral"}, float or None
         Whether the skin keeps its hue, takes the reference's overall colour, or that share of it, 0 to 1;
-        ``neutral`` lets the light change brightness alone. By default ``shading`` takes as much of it as is
+        ``neutral`` takes none of the light's colours. By default ``shading`` takes as much of it as is
         more than two skins differ by, and the others take it all, as a grey target does. How the colours of
         the light differ over the face goes over in any case but ``neutral``.
     region : str
@@ -169,7 +169,7 @@ class TransferOptions:
     tint: Tint = option(
         None,
         "'keep' the hue of the skin, 'take' the reference's overall colour, light and complexion alike, or a "
-        "share of it, 0 to 1; 'neutral' changes brightness alone. By default 'shading' takes what is more "
+        "share of it, 0 to 1; 'neutral' takes none of its colours. By default 'shading' takes what is more "
         "than two skins differ by, the others take it.",
         flag="--tint",
         words=("keep", "take", "neutral"),
