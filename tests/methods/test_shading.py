@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import distance_transform_edt, gaussian_filter
 
 from relit.compose.adjust import anchored
 from relit.evaluate.face_scores import face_scores
@@ -343,3 +343,21 @@ def test_light_on_a_neck_counts_as_far_as_lamps_explain_it(ball, left, known):
     # What has not the colours of the skin, a shirt or hair, tells nothing.
     scene.like_skin = np.zeros(face.shape, np.float32)
     np.testing.assert_allclose(known_shape._explained_beyond(scene, target, head), 1)
+
+
+@pytest.mark.parametrize(("own", "change", "kept"), [(0.0, 1.0, 0.0), (0.0, -0.5, -0.5), (0.8, 1.0, 0.0)])
+def test_an_ear_outshines_a_face_no_more_than_before(ball, own, change, kept):
+    landmarks, _, _ = ball
+    face = FaceRegions(landmarks, (100, 100))
+    away = distance_transform_edt(~face.inside) > 0.2 * face.interocular_distance
+    # Beyond the face it is brighter by `own` in log, and is to get brighter by `change`.
+    brightness = np.exp(np.where(face.inside, np.float32(-1), np.float32(-1 + own)))
+    scene = SimpleNamespace(face=face, like_skin=np.ones(face.shape, np.float32))
+    target = SimpleNamespace(weight=face.inside.astype(np.float32))
+    wanted = np.where(face.inside, np.float32(0), np.float32(change))
+    made = known_shape.not_outshining(wanted, brightness, scene, target)
+    np.testing.assert_array_equal(made[face.interior], 0)
+    np.testing.assert_allclose(made[away], kept, atol=0.05)
+    # A white shirt may.
+    scene.like_skin[:] = 0
+    np.testing.assert_array_equal(known_shape.not_outshining(wanted, brightness, scene, target), wanted)

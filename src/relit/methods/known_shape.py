@@ -2,7 +2,8 @@
 
 A template has a head's shape, and the landmarks that of a face, but not of lids, nostrils and an open mouth;
 shoulders and clothes are nobody's; and a neck has light from a shirt, which no template knows. There a change
-of light is carried on from where it is known.
+of light is carried on from where it is known. And an ear that is not where the template's is, or a shoulder,
+would burn out in a face that is dim.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
 from relit.face.outline import drawn
+from relit.methods.lit_face import BRIGHTEST
 from relit.photo.resampling import blurred
 
 if TYPE_CHECKING:
@@ -30,6 +32,8 @@ _CHEST = 0.4, 0.9  # interocular distances below a face where a neck begins to e
 _AROUND = 0.1  # interocular distances over which skin beyond the face is looked at
 _ROUND_IT = 0.3  # interocular distances from where a change is taken instead
 _LITTLE, _MUCH = 0.15, 0.4  # in log: what may be left unexplained there, and what says that nothing is known
+_DARKEST = 1e-4  # linear brightness that counts as none
+_EDGE = 0.02  # interocular distances over which skin ends
 _RIM = 0.03  # interocular distances that trust in the shape turns soft over at the rim of a head
 
 
@@ -75,6 +79,37 @@ def as_explained(
     mean = float((near * change).sum() / max(float(near.sum()), 1e-9))
     around = mean + blurred(near * (change - np.float32(mean)), wide) / np.maximum(blurred(near, wide), 1e-2)
     return np.asarray(trust * change + (1 - trust) * around, np.float32)
+
+
+def not_outshining(change: Plane, brightness: Plane, scene: Scene, target: LitFace) -> Plane:
+    """Return a change with which no skin beyond the face outshines the face more than it did before.
+
+    Parameters
+    ----------
+    change : (H, W) array
+        Of the brightness, in log.
+    brightness : (H, W) array
+        Linear luma of the target, nowhere 0.
+    scene : Scene
+    target : LitFace
+        In its own light.
+
+    Returns
+    -------
+    (H, W) float32 array
+    """
+    face, wide = scene.face, _AROUND * scene.face.interocular_distance
+    assert scene.like_skin is not None
+    beyond = np.asarray(scene.like_skin * ~face.inside, np.float32)
+    bright = np.log(np.maximum(blurred(brightness, wide / 2), _DARKEST))
+    skin = (target.weight > 0.5) & face.interior
+    if not skin.any():
+        return change
+    edge = gaussian_filter(beyond, _EDGE * face.interocular_distance)
+    before, after = (light - np.quantile(light[skin], BRIGHTEST) for light in (bright, bright + change))
+    excess = beyond * np.maximum(after - np.maximum(before, 0), 0)
+    excess = blurred(excess, wide) / np.maximum(blurred(beyond, wide), 0.1)
+    return np.asarray(change - edge * excess, np.float32)
 
 
 def _explained_beyond(scene: Scene, target: LitFace, head: NDArray[np.bool_]) -> Plane:

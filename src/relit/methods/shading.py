@@ -12,8 +12,8 @@ its shape, e what they leave unexplained. The target's brightness changes by
    the person, and more so in what both halves of a face share: of that, less is taken.
 3. κ = 1 - τ²/var D tells a change of light from errors of the shape, as James and Stein do [1]_: between two
    lights that are alike, nothing is to be done.
-4. Hue comes from the lamps alone: that of s' less that of s, shrunk alike. A residual has none: what is
-   coloured in it is make-up, a beard, another skin.
+4. Hue comes from the lamps alone: that of s' less that of s, shrunk alike; and what is left of it where the
+   target's own light has colours: `hue`.
 5. The less lamps explain of a face, the less is sure of its light: s is blurred, r counts less, and hue is
    shrunk more.
 6. How strong a light is, and its overall colour, cannot be told from how dark a skin is, and of what colour:
@@ -29,19 +29,18 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
 
 from relit.face.head import turn_between
 from relit.face.mirror import twins
 from relit.face.shape import head_shape
 from relit.light.lamps import rotated, softened, studio_lamps, turned
 from relit.methods.bleach import bleach_of
-from relit.methods.known_shape import as_explained, known_shape
+from relit.methods.hue import hue_change, shrunk
+from relit.methods.known_shape import as_explained, known_shape, not_outshining
 from relit.methods.light_change import LightChange
 from relit.methods.lit_face import BRIGHTEST, LitFace, brightness_of, explain, linear, shown
 from relit.methods.residual import of_reference, of_target
 from relit.methods.unlit import stand_in
-from relit.photo.color import LUMA_WEIGHTS
 from relit.photo.resampling import blurred
 from relit.runtime.threads import available, pool
 from relit.settings.studio_lights import studio_light
@@ -87,7 +86,7 @@ def relight(scene: Scene) -> LightChange:
     twin, blur = twins(face.landmarks, shape), 0.5 / scene.lam_px
     residual = -of_target(target, twin, blur, iod)
     if reference is not None:
-        change *= _shrunk(variance, _NOISE)
+        change *= shrunk(variance, _NOISE)
         if options.turn == 0:  # shadows and highlights that were found do not turn
             residual += (1 - options.softness) * sure * of_reference(reference, face.below_brows, blur, iod)
     photo = linear(scene.target, scene.encoded)
@@ -96,14 +95,15 @@ def relight(scene: Scene) -> LightChange:
     change += reached * variance / (variance + _RESIDUAL_NOISE**2) * residual
     known = known_shape(face, shape.head)
     change = as_explained(change, known, scene, target, shape.head)
-    hue, cast = _hue(scene, new_hue, old_hue, _HUE_NOISE * (2 - sure))
+    hue, cast = hue_change(scene, new_hue, old_hue, _HUE_NOISE * (2 - sure))
     planes = change[..., None] if hue is None else np.concatenate([change[..., None], hue], axis=2)
     planes = carried_on(_coarse_beyond(planes, shape, face, iod), known, iod)
+    brightness = not_outshining(planes[..., 0] + missing, bright, scene, target)
     measured = target if reference is None else reference
     return LightChange(
         target=scene.target,
         encoded=scene.encoded,
-        brightness=np.asarray(planes[..., 0] + missing, np.float32),
+        brightness=brightness,
         hue=None if hue is None else planes[..., 1:],
         bleach=bleach_of(photo, target.own_shading[1], target.weight, face.inside & ~face.features, iod),
         cast=cast,
@@ -185,38 +185,6 @@ def _sure_of(face: LitFace | None) -> float:
     if face is None:
         return 1.0
     return float(np.clip((face.explained - _UNSURE) / (_SURE - _UNSURE), 0, 1))
-
-
-def _shrunk(variance: float, noise: float) -> float:
-    """Return κ: the share of what varies so much that is more than noise."""
-    return max(0.0, 1 - noise**2 / max(variance, 1e-12))
-
-
-def _hue(
-    scene: Scene, new: Plane | None, old: Plane | None, noise: float
-) -> tuple[Plane | None, NDArray[np.float64]]:
-    """Return by how much more than the brightness each colour changes, and the mean of that."""
-    none = np.zeros(3)
-    if new is None:
-        return None, none
-    assert scene.skin is not None
-    inside = scene.skin > 0.5 if np.any(scene.skin > 0.5) else scene.face.inside
-    if old is None:  # a grey target takes on the reference's colours, light and skin alike
-        return _colors_of(scene), none
-    change = new - old
-    cast = change[inside].mean(axis=0).astype(np.float64)
-    low, high = np.quantile(change[scene.face.skin_area], [1 - _NEARLY_ALL, _NEARLY_ALL], axis=0)
-    change = np.clip(change, low, high).astype(np.float32) - cast.astype(np.float32)
-    variance = float((change[inside] ** 2).sum(axis=1).mean())
-    return change * np.float32(_shrunk(variance, noise)), cast
-
-
-def _colors_of(scene: Scene) -> Plane:
-    """Return the reference's own colours, log over its brightness, as fine as the light may be."""
-    blur = 0.5 / scene.lam_px
-    light = gaussian_filter(linear(scene.reference, scene.encoded), (blur, blur, 0))
-    brightness = np.maximum(light @ LUMA_WEIGHTS, 1e-4)[..., None]
-    return np.asarray(np.log(np.maximum(light, 1e-4) / brightness), np.float32)
 
 
 def _brightest(face: LitFace, inside: NDArray[np.bool_]) -> float:
