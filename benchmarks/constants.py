@@ -52,12 +52,17 @@ MODULES = {
     "face.views": ("heads", "matte"),
     "face.trust": ("heads", "yale", "lamps"),
     "methods.lit_face": ("heads", "yale", "lamps"),
+    "methods.residual": ("heads", "yale"),
+    "methods.known_shape": ("heads", "lamps"),
+    "methods.hue": ("heads",),
+    "methods.bleach": ("heads", "lamps"),
     "methods.unlit": ("heads", "yale", "lamps"),
     "methods.light_change": ("heads", "yale", "lamps"),
     "methods.shading": ("heads", "yale", "lamps"),
     "solver.membrane": ("heads",),
     "compose.matte": ("matte",),
     "compose.person_matte": ("heads", "lamps"),
+    "compose.hair": ("heads", "lamps"),
     "compose.adjust": ("kept",),
     "compose.blend": ("large",),
     "relighting": ("heads",),
@@ -66,7 +71,7 @@ SIDE = 256  # px, of heads: half of what they have, and a quarter of the time
 #: Lamps of the heads, as they stand.
 LAMPS = {"rembrandt": "45,45", "butterfly": "0,50", "split": "-80,5", "keyleft": "-40,25"}
 #: Shares whose distance to 1 is what is scaled.
-SHARES = ("_BRIGHTEST", "_NEARLY_ALL", "_ALL", "_WHITE", "_OTHERS")
+SHARES = ("BRIGHTEST", "_BRIGHTEST", "_NEARLY_ALL", "_ALL", "_WHITE", "_OTHERS")
 
 Figures = dict[str, float]
 Trial = Callable[[], Figures]

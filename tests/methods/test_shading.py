@@ -315,11 +315,11 @@ def test_rendered_heads_come_near_the_truth(heads, chosen):
 def test_the_less_sure_a_light_is_the_wider_it_is_blurred(explained, blur):
     planes = np.random.default_rng(0).random((48, 48, 4), np.float32)
     face = SimpleNamespace(explained=explained)
-    bright, hue = shading._as_sure((planes[..., 0], planes[..., 1:]), face, 16.0)
+    bright, hue = shading._as_sure((planes[..., 0], planes[..., 1:]), face, 8.0)
     # A wide blur is done on a coarser grid, which is off by a per cent.
     atol = 0.01 if blur else 0
     np.testing.assert_allclose(bright, gaussian_filter(planes[..., 0], blur), atol=atol)
-    np.testing.assert_allclose(hue, gaussian_filter(planes[..., 1:], (blur, blur, 0)), atol=atol)
+    np.testing.assert_allclose(hue, gaussian_filter(planes[..., 1:], (blur / 2, blur / 2, 0)), atol=atol)
 
 
 @pytest.mark.parametrize(("left", "known"), [(0.0, 1.0), (0.1, 1.0), (-0.275, 0.5), (0.6, 0.0)])

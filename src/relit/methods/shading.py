@@ -58,9 +58,10 @@ if TYPE_CHECKING:
 # What each of these is worth: docs/leaderboard.md, The constants.
 _NOISE, _RESIDUAL_NOISE, _HUE_NOISE = 0.08, 0.3, 0.1  # τ of D, of a residual, of a hue; in log
 _COARSE = 0.2  # interocular distances that a change is blurred over beyond the face
-# Interocular distances that a light is blurred over if it is not sure, and how well lamps explain a face
-# whose light is, and is not. Of rendered heads nearly all are; of photos, shadows lose the template's edges.
-_VAGUE, _SURE, _UNSURE = 0.5, 0.42, 0.3
+# Interocular distances that a light's brightness and hue are blurred over if it is not sure, and how well
+# lamps explain a face whose light is, and is not. Of rendered heads nearly all are; of photos, shadows lose
+# the template's edges.
+_VAGUE, _VAGUE_HUE, _SURE, _UNSURE = 1.0, 0.5, 0.42, 0.3
 _NEARLY_ALL = 0.98  # the share of a face that changes less than the most that ears and neck may
 _FLAT = 0.2  # cosine of the angle to the camera up to which a reference shows nothing; at twice, it does
 
@@ -173,11 +174,11 @@ def _as_sure(
     shading: tuple[Plane, Plane | None], face: LitFace | None, iod: float
 ) -> tuple[Plane, Plane | None]:
     """Return a shading blurred where the light is not sure: of a face that lamps explain little."""
-    blur = _VAGUE * iod * (1 - _sure_of(face))
-    if blur == 0:
+    doubt = iod * (1 - _sure_of(face))
+    if doubt == 0:
         return shading
     bright, hue = shading
-    return blurred(bright, blur), None if hue is None else blurred(hue, blur)
+    return blurred(bright, _VAGUE * doubt), None if hue is None else blurred(hue, _VAGUE_HUE * doubt)
 
 
 def _sure_of(face: LitFace | None) -> float:
