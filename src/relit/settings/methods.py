@@ -47,9 +47,9 @@ class Method:
 #: found one by one, more pixels find them better.
 METHODS = {
     "shading": Method(
-        working_iod=90.0,
+        working_iod=45.0,
         map_tolerance=0.25,
-        preview_iod=50.0,
+        preview_iod=45.0,
         sketch_iod=18.0,
         anchors_itself=True,
         lights_brightness=True,
