@@ -74,8 +74,10 @@ def test_a_black_half_is_filled(a_ball, source):
         _, reference = a_ball.explained(np.maximum(a_ball.normals @ FRONT, 0) + 0.1)
     else:
         twin = a_ball.twin
-    missing, _ = stand_in(light, target, reference, a_ball.no_features, twin, a_ball.iod)
-    bare, _ = stand_in(light, target, None, a_ball.no_features, None, a_ball.iod)
+    missing, _ = stand_in(
+        light, target.own_shading[0], target, reference, a_ball.no_features, twin, a_ball.iod
+    )
+    bare, _ = stand_in(light, target.own_shading[0], target, None, a_ball.no_features, None, a_ball.iod)
     made, without = (relit_person(light, target, one)[dark] for one in (missing, bare))
     true = a_ball.person[dark]
 
@@ -90,7 +92,9 @@ def test_a_black_half_is_filled(a_ball, source):
 def test_where_the_light_reaches_nothing_is_put_in(a_ball):
     light, target = a_ball.explained(np.maximum(a_ball.normals @ FRONT, 0) + 0.3)
     _, other = a_ball.explained(np.maximum(a_ball.normals @ LEFT, 0) + 0.3, -a_ball.person)
-    missing, reached = stand_in(light, target, other, a_ball.no_features, a_ball.twin, a_ball.iod)
+    missing, reached = stand_in(
+        light, target.own_shading[0], target, other, a_ball.no_features, a_ball.twin, a_ball.iod
+    )
     inner = a_ball.face & (np.hypot(*(np.indices(light.shape) - 50)) < 25)
     assert reached[inner].min() > 0.9
     assert np.abs(missing[inner]).mean() < 0.05
@@ -98,6 +102,6 @@ def test_where_the_light_reaches_nothing_is_put_in(a_ball):
 
 def test_nothing_to_stand_in_changes_nothing_where_it_is_lit(a_ball):
     light, target = a_ball.explained(np.maximum(a_ball.normals @ FRONT, 0) + 0.3)
-    missing, _ = stand_in(light, target, None, a_ball.no_features, None, a_ball.iod)
+    missing, _ = stand_in(light, target.own_shading[0], target, None, a_ball.no_features, None, a_ball.iod)
     inner = a_ball.face & (np.hypot(*(np.indices(light.shape) - 50)) < 25)
     assert np.abs(missing[inner]).max() < 0.02

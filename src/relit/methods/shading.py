@@ -57,7 +57,7 @@ if TYPE_CHECKING:
 
 # What each of these is worth: docs/leaderboard.md, The constants.
 _NOISE, _RESIDUAL_NOISE, _HUE_NOISE = 0.08, 0.3, 0.1  # τ of D, of a residual, of a hue; in log
-_COARSE = 0.2  # interocular distances that a change is blurred over beyond the face
+_COARSE = 0.1  # interocular distances that a change is blurred over beyond the face
 # Interocular distances that a light's brightness and hue are blurred over if it is not sure, and how well
 # lamps explain a face whose light is, and is not. Of rendered heads nearly all are; of photos, shadows lose
 # the template's edges.
@@ -92,7 +92,7 @@ def relight(scene: Scene) -> LightChange:
             residual += (1 - options.softness) * sure * of_reference(reference, face.below_brows, blur, iod)
     photo = linear(scene.target, scene.encoded)
     bright = brightness_of(photo)
-    missing, reached = stand_in(bright, target, reference, face.features, twin, iod)
+    missing, reached = stand_in(bright, old, target, reference, face.features, twin, iod)
     change += reached * variance / (variance + _RESIDUAL_NOISE**2) * residual
     known = known_shape(face, shape.head)
     change = as_explained(change, known, scene, target, shape.head)

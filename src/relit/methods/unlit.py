@@ -46,6 +46,7 @@ def lit(face: LitFace, iod: float) -> Plane:
 
 def stand_in(
     brightness: Plane,
+    shade: Plane,
     target: LitFace,
     reference: LitFace | None,
     features: NDArray[np.bool_],
@@ -58,6 +59,8 @@ def stand_in(
     ----------
     brightness : (H, W) array
         Linear luma of the target, with its grain, and nowhere 0.
+    shade : (H, W) array
+        s of the target, as it is taken off.
     target, reference : LitFace
         The latter laid over the former; None of a light by name.
     features : (H, W) bool array
@@ -72,7 +75,7 @@ def stand_in(
     missing, lit : (H, W) float32 array
     """
     reached = lit(target, iod)
-    person, variance = _person(target, iod)
+    person, variance = _person(target, shade, iod)
     own = reached / variance
     dark = 1 - _SHAPE**2 * own
     total, weights = own * person, own.copy()
@@ -80,7 +83,7 @@ def stand_in(
         half = dark * _there(reached, twin) / (_there(variance, twin) + (_curve(target) * _HALVES) ** 2)
         total, weights = total + half * _there(person, twin), weights + half
     if reference is not None:
-        theirs, theirs_variance = _person(reference, iod)
+        theirs, theirs_variance = _person(reference, reference.own_shading[0], iod)
         seen = np.maximum(reference.weight, gaussian_filter(features.astype(np.float32), _WIDE / 2 * iod))
         shared = own * reference.weight
         theirs = theirs + (shared * (person - theirs)).sum() / max(float(shared.sum()), 1e-9)
@@ -93,11 +96,11 @@ def stand_in(
     return np.asarray(missing, np.float32), reached
 
 
-def _person(face: LitFace, iod: float) -> tuple[Plane, Plane]:
-    """Return p, and its variance."""
+def _person(face: LitFace, shade: Plane, iod: float) -> tuple[Plane, Plane]:
+    """Return p beside a shading, and its variance."""
     seen = shown(gaussian_filter(face.brightness, _WIDE * iod), face.encoded)
     noise = _curve(face) * _NOISE / np.maximum(seen, _NOISE)
-    person = np.log(np.maximum(face.brightness, _LEAST)) - face.own_shading[0]
+    person = np.log(np.maximum(face.brightness, _LEAST)) - shade
     return person, np.asarray(noise**2 + _SHAPE**2, np.float32)
 
 
