@@ -271,9 +271,7 @@ class TestPhotos:
 
     def test_its_own_light_changes_little(self, photo):
         result = transfer(photo, photo)
-        face = np.zeros(photo.shape[:2], bool)
-        face[result.window] = result.mask > 0.9
-        off = np.abs(result.image.astype(int) - photo)[face]
+        off = np.abs(result.image.astype(int) - photo)[(result.image != photo).any(axis=2)]
         assert off.mean() < 2
         assert result.first.confidence > 0.3
 
