@@ -47,7 +47,7 @@ class Method:
 #: found one by one, more pixels find them better.
 METHODS = {
     "shading": Method(
-        working_iod=45.0,
+        working_iod=60.0,
         map_tolerance=0.25,
         preview_iod=45.0,
         sketch_iod=18.0,
