@@ -218,4 +218,4 @@ class TestSeeing:
             json.loads(succeed(f"transfer large.png --light loop -o o.png --force --json {flag}"))["factor"]
             for flag in ("", "--full-resolution")
         ]
-        assert factors == [2, 1]
+        assert factors == [3, 1]
