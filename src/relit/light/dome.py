@@ -176,18 +176,18 @@ def fit_lamps(
     >>> bool(np.arctan2(-towards[0], -towards[2]) > 0.7)
     True
     """
-    step = max(1, len(basis) // _SAMPLES)
-    basis, brightness, weight = (np.asarray(one[::step], np.float64) for one in (basis, brightness, weight))
+    step = max(1, -(-len(basis) // _SAMPLES))
+    basis, brightness, weight = (np.asarray(one[::step], np.float32) for one in (basis, brightness, weight))
     count = basis.shape[1]
     scale = max(float(np.quantile(brightness, 0.9)), 1e-9)
     wanted = brightness / scale
     lamps = np.zeros(count) if prior is None else prior / scale
+    trust = weight if prior is None else _trust(basis, lamps, wanted, weight)
     with one_blas_thread():
-        trust = weight if prior is None else _trust(basis, lamps, wanted, weight)
         for _ in range(_ROUNDS if prior is None else _ROUNDS_FROM_PRIOR):
             half = basis * np.sqrt(trust)[:, None]
-            square = half.T @ half / len(wanted)
-            right = basis.T @ (trust * wanted) / len(wanted)
+            square = (half.T @ half).astype(np.float64) / len(wanted)
+            right = (basis.T @ (trust * wanted)).astype(np.float64) / len(wanted)
             mean = max(float(np.trace(square)) / count, 1e-12)
             if prior is None:
                 square += tied * mean * (np.eye(count) - 1 / count)
@@ -202,12 +202,12 @@ def fit_lamps(
 
 
 def _trust(
-    basis: NDArray[np.float64],
+    basis: NDArray[np.float32],
     lamps: NDArray[np.float64],
-    wanted: NDArray[np.float64],
-    weight: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    wanted: NDArray[np.float32],
+    weight: NDArray[np.float32],
+) -> NDArray[np.float32]:
     """Return how much each pixel counts, less where lamps leave it off."""
-    off = np.abs(basis @ lamps - wanted)
+    off = np.abs(basis @ lamps.astype(np.float32) - wanted)
     usual = _OUTLIER * _OF_MEDIAN * float(np.median(off[weight > 0])) if np.any(weight > 0) else 0.0
-    return np.asarray(weight / np.maximum(1, off / max(usual, _LEAST)))
+    return np.asarray(weight / np.maximum(1, off / max(usual, _LEAST)), np.float32)
