@@ -25,6 +25,7 @@ from scipy.spatial.transform import Rotation
 from relit.face.landmarks import Landmarks
 from relit.face.rasterizer import rasterize
 from relit.face.template_head import template_head, vertex_normals
+from relit.runtime.memo import remembered
 from relit.runtime.threads import one_blas_thread
 
 if TYPE_CHECKING:
@@ -89,6 +90,7 @@ def seen_head(landmarks: Landmarks, shape: tuple[int, ...], of: Landmarks) -> Se
     return SeenHead(spread[tuple(nearest)], raster.covered)
 
 
+@remembered
 def fitted(landmarks: Landmarks) -> NDArray[np.float64]:
     """Return the vertices of the template, laid on a face: ``(x, y, z)`` in px.
 
