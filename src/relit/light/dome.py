@@ -181,10 +181,10 @@ def fit_lamps(
     count = basis.shape[1]
     scale = max(float(np.quantile(brightness, 0.9)), 1e-9)
     wanted = brightness / scale
-    lamps = np.zeros(count) if prior is None else prior / scale
-    trust = weight if prior is None else _trust(basis, lamps, wanted, weight)
+    lamps = None if prior is None else prior / scale
     with one_blas_thread():
         for _ in range(_ROUNDS if prior is None else _ROUNDS_FROM_PRIOR):
+            trust = weight if lamps is None else _trust(basis, lamps, wanted, weight)
             half = basis * np.sqrt(trust)[:, None]
             square = (half.T @ half).astype(np.float64) / len(wanted)
             right = (basis.T @ (trust * wanted)).astype(np.float64) / len(wanted)
@@ -197,7 +197,7 @@ def fit_lamps(
             # min w'Aw - 2r'w over w ≥ 0 is that of |L'w - L⁻¹r|², where A = LL'.
             root = cholesky(square + 1e-6 * mean * np.eye(count), lower=True)
             lamps = nnls(root.T, solve_triangular(root, right, lower=True))[0]
-            trust = _trust(basis, lamps, wanted, weight)
+    assert lamps is not None
     return np.asarray(lamps * scale)
 
 
