@@ -58,8 +58,8 @@ class RandomHeads:
                 detail, way = _parted(name)
                 self._details[detail][way].append(name)
 
-    def one(self, random: np.random.Generator) -> NDArray[np.float64]:
-        """Return the vertices of a head."""
+    def one(self, random: np.random.Generator, detail: float = _DETAIL) -> NDArray[np.float64]:
+        """Return the vertices of a head whose every detail varies by so much."""
         peoples = random.dirichlet([_MIXED] * len(_PEOPLES))
         male, old = random.beta(*_SEXED), random.beta(*_OLD)
         muscle, weight = (_between(step) for step in random.normal(0, _BUILD, 2).clip(-1, 1))
@@ -73,7 +73,7 @@ class RandomHeads:
                 name = f"macrodetails/universal-{sex}-{age}-{strong}muscle-{heavy}weight"
                 vertices += is_sex * is_age * is_strong * is_heavy * self._morphs[name]
         for ways in self._details.values():
-            much = random.normal(0, _DETAIL)
+            much = random.normal(0, detail)
             for name in ways[1 if much > 0 else -1]:
                 vertices += abs(much) * self._morphs[name]
         return vertices

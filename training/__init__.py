@@ -1,0 +1,1 @@
+"""A prior of light on faces, learnt from renders of people who do not exist: docs/learned-prior.md."""
