@@ -309,15 +309,34 @@ def test_rendered_heads_come_near_the_truth(heads, chosen):
         assert lum < 0.75 * np.mean(unchanged, axis=0)[0]
 
 
-@pytest.mark.parametrize(("explained", "blur"), [(0.3, 8.0), (0.36, 4.0), (0.9, 0.0)])
-def test_the_less_sure_a_light_is_the_wider_it_is_blurred(explained, blur):
+@pytest.mark.parametrize(("blur", "doubt"), [(8.0, 8.0), (8.0, 0.0), (0.0, 4.0), (0.0, 0.0)])
+def test_a_light_that_is_not_sure_is_blurred_and_its_hue_half_as_much(blur, doubt):
     planes = np.random.default_rng(0).random((48, 48, 4), np.float32)
-    face = SimpleNamespace(explained=explained)
-    bright, hue = shading._as_sure((planes[..., 0], planes[..., 1:]), face, 8.0)
+    bright, hue = shading._as_sure((planes[..., 0], planes[..., 1:]), blur, doubt)
     # A wide blur is done on a coarser grid, which is off by a per cent.
-    atol = 0.01 if blur else 0
-    np.testing.assert_allclose(bright, gaussian_filter(planes[..., 0], blur), atol=atol)
-    np.testing.assert_allclose(hue, gaussian_filter(planes[..., 1:], (blur / 2, blur / 2, 0)), atol=atol)
+    np.testing.assert_allclose(bright, gaussian_filter(planes[..., 0], blur), atol=0.01 if blur else 0)
+    wanted = gaussian_filter(planes[..., 1:], (doubt / 2, doubt / 2, 0))
+    np.testing.assert_allclose(hue, wanted, atol=0.01 if doubt else 0)
+
+
+def test_shades_stay_in_a_face_where_the_new_light_is_not_known_as_finely(rendered, monkeypatch):
+    """Nothing of a nose is taken off that no new light puts back."""
+    scene, _ = rendered(LEFT, FRONT)
+    inside = scene.face.interior
+
+    def fine_change():
+        # What is left is finer than a tenth of the face.
+        change = shading.relight(scene).brightness
+        return np.abs(change - gaussian_filter(change, 4))[inside].mean()
+
+    monkeypatch.setattr(shading, "of_target", lambda target, *_: np.zeros_like(target.brightness))
+    monkeypatch.setattr(shading, "of_reference", lambda face, *_: np.zeros_like(face.brightness))
+    monkeypatch.setattr(shading, "_sure_of", lambda _: 1.0)
+    sure = fine_change()
+    for unsure in ("target", "reference"):
+        explained = iter([0.0, 1.0] if unsure == "target" else [1.0, 0.0])
+        monkeypatch.setattr(shading, "_sure_of", lambda _, explained=explained: next(explained))
+        assert fine_change() < 0.7 * sure
 
 
 @pytest.mark.parametrize(("left", "known"), [(0.0, 1.0), (0.1, 1.0), (-0.275, 0.5), (0.6, 0.0)])

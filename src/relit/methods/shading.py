@@ -14,8 +14,8 @@ its shape, e what they leave unexplained. The target's brightness changes by
    lights that are alike, nothing is to be done.
 4. Hue comes from the lamps alone: that of s' less that of s, shrunk alike; and what is left of it where the
    target's own light has colours: `hue`.
-5. The less lamps explain of a face, the less is sure of its light: s is blurred, r counts less, and hue is
-   shrunk more.
+5. The less lamps explain of a face, the less is sure of its light: s and s' are blurred alike, r counts less,
+   and hue is shrunk more.
 6. How strong a light is, and its overall colour, cannot be told from how dark a skin is, and of what colour:
    `LightChange.anchored` is told. What a photo has bleached of the skin is undone as it changes: `bleach`.
 
@@ -79,17 +79,20 @@ def relight(scene: Scene) -> LightChange:
         turn = turn_between(scene.reference_landmarks, face.landmarks)
         lamps, most = turned(rotated(reference.lamps, turn), options.turn), reference.most()
     lamps = softened(lamps, options.softness)
-    old, old_hue = _as_sure(target.own_shading, target, iod)
-    new, new_hue = _as_sure(target.shading(lamps, most), reference, iod)
+    sure_of_old, sure = _sure_of(target), _sure_of(reference)
+    # What is not known of either as finely as this stays as it is in the photo.
+    blur = _VAGUE * iod * (1 - min(sure_of_old, sure))
+    old, old_hue = _as_sure(target.own_shading, blur, iod * (1 - sure_of_old))
+    new, new_hue = _as_sure(target.shading(lamps, most), blur, iod * (1 - sure))
 
-    change, sure = new - old, _sure_of(reference)
+    change = new - old
     variance = float(change[face.interior].var())
-    twin, blur = twins(face.landmarks, shape), 0.5 / scene.lam_px
-    residual = -of_target(target, twin, blur, iod)
+    twin, finest = twins(face.landmarks, shape), 0.5 / scene.lam_px
+    residual = -of_target(target, twin, finest, iod)
     if reference is not None:
         change *= shrunk(variance, _NOISE)
         if options.turn == 0:  # shadows and highlights that were found do not turn
-            residual += (1 - options.softness) * sure * of_reference(reference, face.below_brows, blur, iod)
+            residual += (1 - options.softness) * sure * of_reference(reference, face.below_brows, finest, iod)
     photo = linear(scene.target, scene.encoded)
     bright = brightness_of(photo)
     missing, reached = stand_in(bright, old, target, reference, face.features, twin, iod)
@@ -170,15 +173,12 @@ def _coarse_beyond(planes: Plane, shape: FaceShape, face: FaceRegions, iod: floa
     return np.asarray(held * planes + (1 - held) * wide, np.float32)
 
 
-def _as_sure(
-    shading: tuple[Plane, Plane | None], face: LitFace | None, iod: float
-) -> tuple[Plane, Plane | None]:
-    """Return a shading blurred where the light is not sure: of a face that lamps explain little."""
-    doubt = iod * (1 - _sure_of(face))
-    if doubt == 0:
-        return shading
+def _as_sure(shading: tuple[Plane, Plane | None], blur: float, doubt: float) -> tuple[Plane, Plane | None]:
+    """Return a shading blurred by so many px, and its hue by as many as there is doubt."""
     bright, hue = shading
-    return blurred(bright, _VAGUE * doubt), None if hue is None else blurred(hue, _VAGUE_HUE * doubt)
+    if blur:
+        bright = blurred(bright, blur)
+    return bright, blurred(hue, _VAGUE_HUE * doubt) if hue is not None and doubt else hue
 
 
 def _sure_of(face: LitFace | None) -> float:
