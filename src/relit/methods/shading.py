@@ -14,8 +14,8 @@ its shape, e what they leave unexplained. The target's brightness changes by
    lights that are alike, nothing is to be done.
 4. Hue comes from the lamps alone: that of s' less that of s, shrunk alike; and what is left of it where the
    target's own light has colours: `hue`.
-5. The less lamps explain of a face, the less is sure of its light: s and s' are blurred alike, r counts less,
-   and hue is shrunk more.
+5. The less lamps explain of a face, the less is sure of its light: s' is blurred, and s at least as much;
+   r counts less, and hue is shrunk more.
 6. How strong a light is, and its overall colour, cannot be told from how dark a skin is, and of what colour:
    `LightChange.anchored` is told. What a photo has bleached of the skin is undone as it changes: `bleach`.
 
@@ -79,11 +79,11 @@ def relight(scene: Scene) -> LightChange:
         turn = turn_between(scene.reference_landmarks, face.landmarks)
         lamps, most = turned(rotated(reference.lamps, turn), options.turn), reference.most()
     lamps = softened(lamps, options.softness)
-    sure_of_old, sure = _sure_of(target), _sure_of(reference)
-    # What is not known of either as finely as this stays as it is in the photo.
-    blur = _VAGUE * iod * (1 - min(sure_of_old, sure))
-    old, old_hue = _as_sure(target.own_shading, blur, iod * (1 - sure_of_old))
-    new, new_hue = _as_sure(target.shading(lamps, most), blur, iod * (1 - sure))
+    sure = _sure_of(reference)
+    own_doubt, doubt = iod * (1 - _sure_of(target)), iod * (1 - sure)
+    # Shades of the old light that the new one is not known to replace stay as they are in the photo.
+    old, old_hue = _as_sure(target.own_shading, max(own_doubt, doubt), own_doubt)
+    new, new_hue = _as_sure(target.shading(lamps, most), doubt, doubt)
 
     change = new - old
     variance = float(change[face.interior].var())
@@ -173,12 +173,14 @@ def _coarse_beyond(planes: Plane, shape: FaceShape, face: FaceRegions, iod: floa
     return np.asarray(held * planes + (1 - held) * wide, np.float32)
 
 
-def _as_sure(shading: tuple[Plane, Plane | None], blur: float, doubt: float) -> tuple[Plane, Plane | None]:
-    """Return a shading blurred by so many px, and its hue by as many as there is doubt."""
+def _as_sure(
+    shading: tuple[Plane, Plane | None], doubt: float, doubt_of_hue: float
+) -> tuple[Plane, Plane | None]:
+    """Return a shading, blurred the more, the less is sure of it; doubt is in px."""
     bright, hue = shading
-    if blur:
-        bright = blurred(bright, blur)
-    return bright, blurred(hue, _VAGUE_HUE * doubt) if hue is not None and doubt else hue
+    if doubt:
+        bright = blurred(bright, _VAGUE * doubt)
+    return bright, blurred(hue, _VAGUE_HUE * doubt_of_hue) if hue is not None and doubt_of_hue else hue
 
 
 def _sure_of(face: LitFace | None) -> float:
