@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _SPARED, _SPARED_HUE = 0.6, 0.5
 _CALM = 0.6  # interocular distances over which cloth takes the mean of a change; by eye on the same
 _CHIN = 0.2  # interocular distances below it from where all that is not skin is cloth
-_SHINE = 0.25  # interocular distances: the width of what shines on a chest
+_SHINE = 0.25  # interocular distances: the width of what shines on a chest; by eye on two of them
 _PATCH = 0.03  # interocular distances over which skin and hair turn into each other
 
 
@@ -32,12 +32,10 @@ def hair(view: View) -> NDArray[np.float32]:
 
     It is what of the person does not look like the skin of the face; below the brows, all of a face is skin.
     """
-    iod = view.regions.interocular_distance
+    iod, skin = view.regions.interocular_distance, skin_share(view)
     # A collarbone shines more than any face.
     size = 2 * max(round(_SHINE * iod / 2), 1) + 1
-    skin = np.maximum(
-        skin_share(view), _below_chin(view.regions) * grey_closing(skin_share(view), (size, size))
-    )
+    skin = np.maximum(skin, _below_chin(view.regions) * grey_closing(skin, (size, size)))
     other = gaussian_filter(1 - skin, _PATCH * iod, mode="nearest")
     return np.asarray(person_area(view) * other, np.float32)
 
