@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 
 import numpy as np
 import pytest
@@ -90,6 +91,18 @@ def test_the_reference_lies_over_the_target(sitting):
         off = np.linalg.norm((found.xy + 0.5) / scale - 0.5 - points(sitting, "target"), axis=1)
         assert np.median(off) < 0.05 * found.interocular_distance / scale
     assert np.abs(np.asarray(seen[0], float) - np.asarray(seen[100], float)).mean() > 10
+
+
+def test_a_photo_that_is_chosen_while_the_other_is_on_its_way_keeps_its_landmarks(visit, photos):
+    page, held = visit(), []
+    page.route(re.compile(r"/photos/target\?side"), lambda route: held.append(route))
+    page.set_input_files(".photo[data-role=target] .head input", photos[0])
+    while not held:
+        page.wait_for_timeout(50)
+    page.set_input_files(".photo[data-role=reference] .head input", photos[1])
+    page.wait_for_selector(".photo[data-role=reference].filled")
+    held[0].continue_()
+    page.wait_for_selector("#export:not([disabled])")
 
 
 def test_one_photo_beside_the_panels_goes_where_there_is_none(visit, photos):

@@ -80,7 +80,8 @@ async function start() {
 
   /** @param {Partial<Record<Role, import("./api.js").Photo | null>>} given */
   const take = async (given) => {
-    const faces = { ...store.now.faces };
+    /** @type {Partial<Record<Role, import("./api.js").Marks | null>>} */
+    const faces = {};
     for (const role of ROLES) {
       const photo = given[role];
       if (!photo) continue;
@@ -89,7 +90,8 @@ async function start() {
       await showPhoto(role, photo);
     }
     stage.clear();
-    store.reset({ faces });
+    // The other photo may have come meanwhile.
+    store.reset({ faces: { ...store.now.faces, ...faces } });
     note();
   };
 
