@@ -18,10 +18,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import cholesky, solve_triangular
-from scipy.optimize import nnls
 
 from relit.light.horizon import horizons, visible
+from relit.light.nonnegative import nonnegative
 from relit.photo.resampling import Enlarger, reduced
 from relit.runtime.memo import remembered
 from relit.runtime.threads import one_blas_thread
@@ -177,7 +176,9 @@ def fit_lamps(
     True
     """
     step = max(1, -(-len(basis) // _SAMPLES))
-    basis, brightness, weight = (np.asarray(one[::step], np.float32) for one in (basis, brightness, weight))
+    basis, brightness, weight = (
+        np.ascontiguousarray(one[::step], np.float32) for one in (basis, brightness, weight)
+    )
     count = basis.shape[1]
     scale = max(float(np.quantile(brightness, 0.9)), 1e-9)
     wanted = brightness / scale
@@ -194,9 +195,7 @@ def fit_lamps(
             else:
                 square += tied * mean * np.eye(count)
                 right += tied * mean * prior / scale
-            # min w'Aw - 2r'w over w ≥ 0 is that of |L'w - L⁻¹r|², where A = LL'.
-            root = cholesky(square + 1e-6 * mean * np.eye(count), lower=True)
-            lamps = nnls(root.T, solve_triangular(root, right, lower=True))[0]
+            lamps = nonnegative(square + 1e-6 * mean * np.eye(count), right, lamps)
     assert lamps is not None
     return np.asarray(lamps * scale)
 
