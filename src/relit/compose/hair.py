@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import gaussian_filter, grey_closing
 
 from relit.compose.matte import skin_share
 from relit.compose.person_matte import person_area
+from relit.photo.color import brightest
+from relit.photo.curves import log
+from relit.photo.filters import closed, gaussian
 from relit.photo.resampling import blurred
 from relit.runtime.memo import remembered
 
@@ -35,8 +37,8 @@ def hair(view: View) -> NDArray[np.float32]:
     iod, skin = view.regions.interocular_distance, skin_share(view)
     # A collarbone shines more than any face.
     size = 2 * max(round(_SHINE * iod / 2), 1) + 1
-    skin = np.maximum(skin, _below_chin(view.regions) * grey_closing(skin, (size, size)))
-    other = gaussian_filter(1 - skin, _PATCH * iod, mode="nearest")
+    skin = np.maximum(skin, _below_chin(view.regions) * closed(skin, size))
+    other = gaussian(1 - skin, _PATCH * iod, edge="repeated")
     return np.asarray(person_area(view) * other, np.float32)
 
 
@@ -66,9 +68,9 @@ def sparing_hair(change: NDArray[np.float32], base: NDArray[np.float32], view: V
     cloth, wide = part * _below_chin(view.regions)[..., None], _CALM * view.regions.interocular_distance
     around = blurred(change * cloth, wide) / np.maximum(blurred(cloth, wide), 1e-2)
     calm = change + cloth * (around - change)
-    bright = calm.max(axis=2, keepdims=True)
+    bright = brightest(calm)[..., None]
     spared = bright * (1 - _SPARED * part) + (calm - bright) * (1 - _SPARED_HUE * part)
-    beyond_white = np.maximum((np.log(base) + spared).max(axis=2, keepdims=True), 0)
+    beyond_white = np.maximum(brightest(log(base) + spared), 0)[..., None]
     return np.asarray(spared - part * beyond_white, np.float32)
 
 

@@ -9,11 +9,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt, gaussian_filter, grey_closing, white_tophat
+from scipy.ndimage import white_tophat
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 from relit.compose.guided_filter import guided_filter
+from relit.photo.filters import closed, distance_from, gaussian
 from relit.photo.resampling import Enlarger, reduced
 from relit.runtime.memo import remembered
 from relit.solver.neighborhoods import paired
@@ -65,7 +66,7 @@ def matte(view: View) -> NDArray[np.float32]:
     share = near * skin_share(view)
     soft = guided_filter(share, view.brightness, max(round(_EDGE * iod), 1), _GUIDE)
     soft = np.clip((soft - _FAINT) / (1 - 2 * _FAINT), 0, 1)
-    beyond = distance_transform_edt(~face.inside) / (REACH * iod)
+    beyond = distance_from(face.inside) / (REACH * iod)
     return np.asarray(soft * np.clip((1 - beyond) / _LAST, 0, 1), np.float32)
 
 
@@ -76,7 +77,7 @@ def skin_share(view: View) -> NDArray[np.float32]:
     like = np.clip((view.skin_likeness - _NONE) / (_ALL - _NONE), 0, 1)
     # A highlight on skin, a mole, a strand of hair: the light falls on them too.
     size = 2 * max(round(_HOLE * view.regions.interocular_distance / 2), 1) + 1
-    return np.asarray(np.maximum(grey_closing(like, (size, size)), view.regions.below_brows))
+    return np.asarray(np.maximum(closed(like, size), view.regions.below_brows))
 
 
 def _away(colors: NDArray[np.float64], face: FaceRegions) -> NDArray[np.float32]:
@@ -102,7 +103,7 @@ def _away(colors: NDArray[np.float64], face: FaceRegions) -> NDArray[np.float32]
     graph = coo_array((np.concatenate(costs), np.hstack(pairs)), (number.size, number.size)).tocsr()
     found = dijkstra(graph, directed=False, indices=start, min_only=True, limit=1.0)
     away = np.asarray(np.minimum(found, 1), np.float32).reshape(number.shape)
-    return gaussian_filter(Enlarger(away, cell, inside.shape).rows(0, inside.shape[0]), _EDGE * iod)
+    return gaussian(Enlarger(away, cell, inside.shape).rows(0, inside.shape[0]), _EDGE * iod)
 
 
 @remembered
@@ -123,7 +124,7 @@ def eyes_and_teeth(view: View) -> tuple[NDArray[np.float32], NDArray[np.float32]
     """
     iod = view.regions.interocular_distance
     hulls = view.regions.hulls(("eyes", "inner_mouth"))
-    white = gaussian_filter(hulls.astype(np.float32), _EDGE * iod / 4)
+    white = gaussian(hulls, _EDGE * iod / 4)
     size = 2 * max(round(_GLINT_SIZE * iod), 1) + 1
     glint = np.clip(white_tophat(view.brightness, (size, size)) / _GLINT - 1, 0, 1)
     return white, np.asarray(1 - white * np.maximum(1 - _WHITE, glint), np.float32)

@@ -10,12 +10,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import binary_dilation, distance_transform_edt, gaussian_filter, label
+from scipy.ndimage import binary_dilation, label
 
 from relit.compose.matte import matte
 from relit.face.outline import across, face_outline
 from relit.face.person import person
 from relit.face.shape import head_shape
+from relit.photo.curves import squared_length
+from relit.photo.filters import distance_from, gaussian
 from relit.photo.pixels import to_unit
 from relit.photo.resampling import Enlarger, reduced
 from relit.runtime.memo import remembered
@@ -150,7 +152,7 @@ def _template(view: View) -> NDArray[np.float32]:
     """Return where a head with these landmarks is, with a soft edge."""
     face = view.regions
     head = head_shape(face.landmarks, face.shape).head
-    return gaussian_filter(head.astype(np.float32), _COLORS / 2 * face.interocular_distance, mode="nearest")
+    return gaussian(head, _COLORS / 2 * face.interocular_distance, edge="repeated")
 
 
 def _at_edges(view: View, likely: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -165,7 +167,7 @@ def _at_edges(view: View, likely: NDArray[np.float32]) -> NDArray[np.float32]:
     other = np.clip((_SURELY_NOT - chance) / _SURELY_NOT, 0, 1).astype(np.float32)
     axis, level, trust = _between(colors, one, other, sigma)
     # Far from the face, or where the network doubts much, only what is very likely counts; of others nothing.
-    away = distance_transform_edt(inside < 0.5) * (cell / face.interocular_distance)
+    away = distance_from(inside >= 0.5) * (cell / face.interocular_distance)
     joined = _joined(chance > 0.5, inside > 0.5, (_axes(face.landmarks)[1], face.outline / cell))
     doubt = ((chance > _FROM) & (chance < 1 - _FROM)).mean()
     least = np.minimum(_FROM + _FARTHER * away + _DOUBT * doubt, 1 - _RISE) + 2 * (1 - joined)
@@ -195,7 +197,7 @@ def _joined(
         counts[0] = 0
         others |= part & (groups != counts.argmax())
     others = binary_dilation(others, iterations=3) & (others | ~persons)  # with their edges
-    return gaussian_filter((~others).astype(np.float32), 1.0)
+    return gaussian(~others, 1.0)
 
 
 def _between(
@@ -209,7 +211,7 @@ def _between(
         _colors(colors, known, sigma) for known in (one, other)
     )
     apart = color - behind
-    contrast = (apart**2).sum(axis=2)
+    contrast = squared_length(apart)
     trust = contrast / (contrast + 2 * (spread + spread_behind) + _CONTRAST**2)
     trust = trust * np.clip(np.minimum(seen, seen_other) / _SEEN, 0, 1)
     axis = apart / np.maximum(contrast, np.float32(1e-6))[..., None]
@@ -222,7 +224,7 @@ def _colors(
     """Return how much is known round each pixel, the mean of the colours there, and their variance."""
 
     def mean(planes: NDArray[np.float32]) -> NDArray[np.float32]:
-        return gaussian_filter(planes, (sigma, sigma, 0), mode="nearest")
+        return gaussian(planes, sigma, edge="repeated")
 
     weight = known[..., None]
     seen = mean(weight)

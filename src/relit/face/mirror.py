@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import map_coordinates
+
+from relit.photo.filters import at_places
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -66,8 +67,8 @@ def halves(
     """
     if twin is None:
         return plane, np.zeros_like(plane)
-    there = map_coordinates(weight, twin, order=1, cval=0.0)
-    other = map_coordinates(plane * weight, twin, order=1, cval=0.0) / np.maximum(there, 1e-3)
+    both = at_places(np.dstack([weight, plane * weight]), twin[1], twin[0], edge="black")
+    there, other = both[..., 0], both[..., 1] / np.maximum(both[..., 0], 1e-3)
     # A place whose twin is half known says half of it.
     differing = np.clip(2 * there - 1, 0, 1) * (plane - other) / 2
     return np.asarray(plane - differing, np.float32), np.asarray(differing, np.float32)

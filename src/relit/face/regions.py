@@ -7,13 +7,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt, gaussian_filter
 from scipy.spatial import ConvexHull
 from scipy.special import ndtr
 
 from relit.errors import LandmarkError
 from relit.face.landmarks import Landmarks
 from relit.face.outline import IN_PAIRS, across, drawn, face_outline, feature_hulls
+from relit.photo.filters import distance_from, gaussian
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -79,9 +79,9 @@ class FaceRegions:
         return drawn([self.outline], self.shape)
 
     @cached_property
-    def distance(self) -> NDArray[np.float64]:
+    def distance(self) -> NDArray[np.float32]:
         """How far it is to what is not the face, in px: 0 outside the outline."""
-        return np.asarray(distance_transform_edt(self.inside))
+        return distance_from(~self.inside)
 
     @cached_property
     def features(self) -> NDArray[np.bool_]:
@@ -104,9 +104,8 @@ class FaceRegions:
         below = self.outline[self.outline @ self.up <= (brows @ self.up).max()]
         points = np.vstack([below, brows])
         mask = drawn([points[ConvexHull(points).vertices]], self.shape)
-        inner = distance_transform_edt(mask) > _OVERHANG * self.interocular_distance
-        soft = gaussian_filter(inner.astype(np.float32), _CHEEK_EDGE * self.interocular_distance)
-        return np.asarray(soft)
+        inner = distance_from(~mask) > _OVERHANG * self.interocular_distance
+        return gaussian(inner, _CHEEK_EDGE * self.interocular_distance)
 
     @cached_property
     def interior(self) -> NDArray[np.bool_]:
@@ -143,8 +142,7 @@ class FaceRegions:
         # A face shrunk by half the feather and blurred over it. Beyond the frame the face goes on: the
         # frame's edge is not an edge of the face.
         band = max(feather * self.interocular_distance, 1.0)
-        core = (self.distance >= band / 2).astype(np.float32)
-        soft = gaussian_filter(core, band / (2 * _TAIL), mode="nearest")
+        soft = gaussian(self.distance >= band / 2, band / (2 * _TAIL), edge="repeated")
         least = float(ndtr(-_TAIL))  # what the blur leaves on a straight outline
         return np.asarray(np.clip((soft - least) / (1 - 2 * least), 0, 1) * self.inside, np.float32)
 
@@ -194,10 +192,9 @@ class FaceRegions:
         sides = [points[on_right], points[~on_right]] if name in IN_PAIRS else [points]
         # Of a face in profile one side may have no points, and those of a chin may lie on one line.
         hulls = [side[ConvexHull(side, qhull_options="QJ").vertices] for side in sides if len(side) > 2]
-        margin = distance_transform_edt(~drawn(hulls, self.shape))
+        margin = distance_from(drawn(hulls, self.shape))
         larger = margin <= _PART_MARGIN * self.interocular_distance
-        soft = gaussian_filter(larger.astype(np.float32), _SOFT_EDGE * self.interocular_distance)
-        return np.asarray(soft)
+        return gaussian(larger, _SOFT_EDGE * self.interocular_distance)
 
     @cached_property
     def _halves(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

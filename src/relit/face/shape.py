@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
-from scipy.ndimage import gaussian_filter
 from scipy.spatial import ConvexHull, Delaunay
 
 from relit.face.head import has_head, seen_head
 from relit.face.landmarks import Landmarks
 from relit.face.outline import drawn, face_outline
+from relit.photo.curves import squared_length
+from relit.photo.filters import gaussian
 from relit.runtime.memo import remembered
 from relit.runtime.threads import one_blas_thread
 
@@ -117,13 +118,10 @@ def _smoothed(
 ) -> FaceShape:
     """Return a surface of normals and depth, blurred by so many interocular distances."""
     sigma = blur * landmarks.interocular_distance
-    smooth = np.stack(
-        [gaussian_filter(plane, sigma, mode="nearest") for plane in np.moveaxis(surface, -1, 0)]
-    )
-    normals = smooth[:3] / np.linalg.norm(smooth[:3], axis=0)
+    smooth = gaussian(surface, sigma, edge="repeated")
     return FaceShape(
-        np.asarray(np.moveaxis(normals, 0, -1), np.float32),
-        np.asarray(smooth[3], np.float32),
+        smooth[..., :3] / np.sqrt(squared_length(smooth[..., :3]))[..., None],
+        smooth[..., 3],
         drawn([face_outline(landmarks)], known.shape),
         known,
     )

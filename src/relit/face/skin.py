@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from relit.photo.color import luma
+from relit.photo.curves import log, squared_length
 from relit.photo.pixels import to_unit
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ class Skin:
             if off.shape[-1] == 1:
                 return np.ones(image.shape[:2], np.float32)
             off, precision = off[..., 1:], np.linalg.inv(np.linalg.inv(precision)[1:, 1:])
-        distance = np.linalg.norm(off @ np.linalg.cholesky(precision), axis=-1)
+        distance = np.sqrt(squared_length(off @ np.linalg.cholesky(precision)))
         return np.asarray(1 / (1 + np.exp(np.clip((distance - _EDGE) / _SOFT, -30, 30))), np.float32)
 
     def whitened(self, image: NDArray[Any]) -> NDArray[np.float64]:
@@ -86,19 +87,18 @@ def skin_of(image: NDArray[Any], face: NDArray[np.bool_]) -> Skin:
     spread = _OF_MEDIAN * np.median(np.abs(samples - mean), axis=0)
     precision = np.diag(1 / np.maximum(spread**2, floor))
     for _ in range(_ROUNDS):
+        near = squared_length((samples - mean) @ np.linalg.cholesky(precision)) < _OUTLIER**2
+        share = near / np.count_nonzero(near)
+        mean = share @ samples
         off = samples - mean
-        near = samples[np.einsum("ni,ij,nj->n", off, precision, off) < _OUTLIER**2]
-        mean = near.mean(axis=0)
-        off = near - mean
-        covariance = np.einsum("ni,nj->ij", off, off) / len(near)
-        precision = np.linalg.inv(covariance + np.diag(floor))
+        precision = np.linalg.inv((off.T * share) @ off + np.diag(floor))
     return Skin(mean, precision)
 
 
 def _colors(image: NDArray[Any]) -> NDArray[np.float64]:
     """Return log luma, and of colour also log R/G and log B/G, (H, W, 1 or 3)."""
-    unit = np.maximum(to_unit(image), _DARKEST).astype(np.float64)
+    unit = np.maximum(to_unit(image), np.float32(_DARKEST))
     if unit.ndim == 2:
-        return np.log(unit)[..., None]
-    log = np.log(unit)
-    return np.stack([np.log(luma(unit)), log[..., 0] - log[..., 1], log[..., 2] - log[..., 1]], axis=-1)
+        return log(unit)[..., None].astype(np.float64)
+    red, green, blue = np.moveaxis(log(unit), -1, 0)
+    return np.stack([log(luma(unit)), red - green, blue - green], axis=-1).astype(np.float64)

@@ -10,11 +10,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.ndimage import gaussian_filter, grey_dilation
 
 from relit.face.skin import skin_of
 from relit.face.views import without_grain
-from relit.photo.color import LUMA_WEIGHTS
+from relit.photo.color import luma
+from relit.photo.curves import log, squared_length
+from relit.photo.filters import dilated, gaussian
 from relit.photo.pixels import to_unit
 from relit.runtime.memo import remembered
 
@@ -74,18 +75,18 @@ def known(
             if narrow and theirs.ndim == 3:
                 shaded = np.maximum(shaded, _lit_in_color(theirs, area))
             trust *= face.below_brows * shaded + (1 - face.below_brows) * plain
-        trust *= 1 - grey_dilation(face.features.astype(np.float32), size=_square(edge * iod))
+        trust *= 1 - dilated(face.features, _square(edge * iod))
     # What is beside the unknown is half unknown: a mixed pixel, a lens' blur, an alignment that is off.
-    sigma = _square(edge * iod / 2)[0] / 2
-    return np.asarray(np.clip(2 * gaussian_filter(trust, sigma) - 1, 0, 1), np.float32)
+    sigma = _square(edge * iod / 2) / 2
+    return np.asarray(np.clip(2 * gaussian(trust, sigma) - 1, 0, 1), np.float32)
 
 
 def _lit_in_color(pixels: NDArray[Any], area: NDArray[np.bool_]) -> NDArray[np.float32]:
     """Return where a colour is so far from that of most of a face that it is a second light's: 0 or 1."""
     light = np.maximum(to_unit(pixels), 1 / 255)
-    hue = np.log(light / (light @ LUMA_WEIGHTS)[..., None])
-    away = np.linalg.norm(hue - np.median(hue[area], axis=0), axis=2)
-    return np.asarray(away > _OTHER_LIGHT, np.float32)
+    hue = log(light / luma(light)[..., None])
+    away = squared_length(hue - np.median(hue[area], axis=0))
+    return np.asarray(away > _OTHER_LIGHT**2, np.float32)
 
 
 @remembered
@@ -104,11 +105,10 @@ def skin_shown(view: View) -> NDArray[np.float32]:
     face = view.regions
     shown = face.inside * np.maximum(face.below_brows, view.skin_likeness)
     near = _square(_NEAR * face.interocular_distance)
-    features = grey_dilation(face.features.astype(np.float32), size=near)
+    features = dilated(face.features, near)
     return np.asarray(shown * (1 - features), np.float32)
 
 
-def _square(radius: float) -> tuple[int, int]:
-    """Return the size of a window that reaches so far, and at least 1 px, round its middle."""
-    size = 2 * max(round(radius), 1) + 1
-    return size, size
+def _square(radius: float) -> int:
+    """Return the side of a window that reaches so far, and at least 1 px, round its middle."""
+    return 2 * max(round(radius), 1) + 1

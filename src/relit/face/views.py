@@ -12,12 +12,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
 
 from relit.face.landmarks import Landmarks
 from relit.face.regions import FaceRegions
 from relit.face.skin import Skin, skin_of
 from relit.photo.color import luma
+from relit.photo.filters import gaussian
 from relit.photo.pixels import size_and_dtype, to_unit
 from relit.photo.resampling import reduced
 
@@ -85,8 +85,7 @@ class View:
 
 def without_grain(image: NDArray[Any], interocular_distance: float) -> NDArray[np.float32]:
     """Return a photo in [0, 1] without its grain, in which a dark skin would lose its hue."""
-    sigma = _GRAIN * interocular_distance
-    return gaussian_filter(to_unit(image), (sigma, sigma, 0)[: image.ndim], mode="nearest")
+    return gaussian(to_unit(image), _GRAIN * interocular_distance, edge="repeated")
 
 
 def whole(image: NDArray[Any], landmarks: Landmarks) -> View:

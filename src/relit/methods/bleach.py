@@ -16,9 +16,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
 
-from relit.photo.color import LUMA_WEIGHTS
+from relit.photo.color import luma
+from relit.photo.curves import log, squared_length
+from relit.photo.filters import gaussian
 from relit.photo.resampling import blurred
 
 if TYPE_CHECKING:
@@ -94,8 +95,8 @@ def bleach_of(
     if light.ndim == 2 or not shown.any():
         return None
     smooth = np.maximum(blurred(light, _GRAIN * iod), _DARKEST)
-    brightness = smooth @ LUMA_WEIGHTS.astype(np.float32)
-    hue = np.log(smooth / brightness[..., None])
+    brightness = luma(smooth)
+    hue = log(smooth / brightness[..., None])
     if own_hue is not None:
         hue -= own_hue - np.median(own_hue[shown], axis=0)
     usual = np.median(hue[shown], axis=0)
@@ -104,9 +105,9 @@ def bleach_of(
         return None
     share = 1 - hue @ usual / size
     # Beside the line from a skin to white, or beyond white, there is paint, or another light.
-    beside = ((hue - (1 - share)[..., None] * usual) ** 2).sum(axis=2) / size
+    beside = squared_length(hue - (1 - share)[..., None] * usual) / size
     trust = np.clip(2 - share, 0, 1) / (1 + beside / _BESIDE**2)
     share = np.clip(share - np.clip(share, -_USUAL, _USUAL), -1, 1)
     share = trust * np.where(share < 0, _OF_BURNT * share, share)
     there = np.maximum(skin, inside & (brightness > np.median(brightness[shown])))
-    return Bleach(np.asarray(share * gaussian_filter(there, _EDGE * iod), np.float32), usual)
+    return Bleach(np.asarray(share * gaussian(there, _EDGE * iod), np.float32), usual)

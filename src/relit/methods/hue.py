@@ -10,10 +10,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
 
 from relit.methods.lit_face import linear
-from relit.photo.color import LUMA_WEIGHTS
+from relit.photo.color import luma
+from relit.photo.curves import log, squared_length
+from relit.photo.filters import gaussian
 from relit.photo.resampling import blurred
 
 if TYPE_CHECKING:
@@ -91,16 +92,16 @@ def _remains(scene: Scene, old: Plane, inside: NDArray[np.bool_]) -> Plane:
 
 def _variance(hue: Plane) -> float:
     """Return how much a hue varies whose mean is 0, (n, 3)."""
-    return float((hue**2).sum(axis=1).mean())
+    return float(squared_length(hue).mean(dtype=np.float64))
 
 
 def _colors_of(scene: Scene) -> Plane:
     """Return the reference's own colours, log over its brightness, as fine as the light may be."""
     blur = 0.5 / scene.lam_px
-    return _hue_of(gaussian_filter(linear(scene.reference, scene.encoded), (blur, blur, 0)))
+    return _hue_of(gaussian(linear(scene.reference, scene.encoded), blur))
 
 
 def _hue_of(light: NDArray[Any]) -> Plane:
     """Return the log of each colour over the brightness, (H, W, 3)."""
-    brightness = np.maximum(light @ LUMA_WEIGHTS, _DARKEST)[..., None]
-    return np.asarray(np.log(np.maximum(light, _DARKEST) / brightness), np.float32)
+    brightness = np.maximum(luma(light), np.float32(_DARKEST))[..., None]
+    return np.asarray(log(np.maximum(light, np.float32(_DARKEST)) / brightness), np.float32)

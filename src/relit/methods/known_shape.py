@@ -11,10 +11,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt, gaussian_filter
 
 from relit.face.outline import drawn
 from relit.methods.lit_face import BRIGHTEST
+from relit.photo.curves import log
+from relit.photo.filters import distance_from, gaussian
 from relit.photo.resampling import blurred
 
 if TYPE_CHECKING:
@@ -101,11 +102,11 @@ def not_outshining(change: Plane, brightness: Plane, scene: Scene, target: LitFa
     face, wide = scene.face, _AROUND * scene.face.interocular_distance
     assert scene.like_skin is not None
     beyond = np.asarray(scene.like_skin * ~face.inside, np.float32)
-    bright = np.log(np.maximum(blurred(brightness, wide / 2), _DARKEST))
+    bright = log(np.maximum(blurred(brightness, wide / 2), np.float32(_DARKEST)))
     skin = (target.weight > 0.5) & face.interior
     if not skin.any():
         return change
-    edge = gaussian_filter(beyond, _EDGE * face.interocular_distance)
+    edge = gaussian(beyond, _EDGE * face.interocular_distance)
     before, after = (light - np.quantile(light[skin], BRIGHTEST) for light in (bright, bright + change))
     excess = beyond * np.maximum(after - np.maximum(before, 0), 0)
     excess = blurred(excess, wide) / np.maximum(blurred(beyond, wide), 0.1)
@@ -133,11 +134,11 @@ def _fine_shapes(face: FaceRegions) -> Plane:
     for name, reach in (("eyes", _LIDS), ("inner_mouth", _LIDS / 2)):
         hulls = face.hulls((name,))
         if hulls.any():
-            near |= distance_transform_edt(~hulls) < reach * iod
+            near |= distance_from(hulls) < reach * iod
     if face.landmarks.scheme == "mesh478":
         wings = face.landmarks.xy[list(_NOSE_WINGS)]
-        near |= distance_transform_edt(~drawn([np.vstack([wings, wings[::-1]])], face.shape)) < _WINGS * iod
-    return gaussian_filter(near.astype(np.float32), _LIDS / 2 * iod)
+        near |= distance_from(drawn([np.vstack([wings, wings[::-1]])], face.shape)) < _WINGS * iod
+    return gaussian(near, _LIDS / 2 * iod)
 
 
 def _above_chest(face: FaceRegions) -> Plane:
@@ -149,5 +150,5 @@ def _above_chest(face: FaceRegions) -> Plane:
 
 def _soft(head: NDArray[np.bool_], iod: float) -> Plane:
     """Return where a head is, 0 to 1, and less at its rim, where a surface is seen too flat to be shaded."""
-    soft = gaussian_filter(head.astype(np.float32), _RIM * iod, mode="nearest")
+    soft = gaussian(head, _RIM * iod, edge="repeated")
     return np.clip(2 * soft - 1, 0, 1)

@@ -9,6 +9,8 @@ import numpy as np
 
 from relit.methods.lit_face import BRIGHTEST, linear, shown
 from relit.methods.scene import Relit
+from relit.photo.color import brightest
+from relit.photo.curves import exp
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -80,18 +82,18 @@ class LightChange:
             The same of its overall colour; with None, as much of it as is more than two skins differ by.
         """
         light = np.atleast_3d(linear(self.target, self.encoded))
-        made = light * np.exp(self.brightness)[..., None]
+        made = light * exp(self.brightness)[..., None]
         if self.hue is not None:
             if cast is None:
                 cast = max(0.0, 1 - _SKINS**2 / max(float(self.cast @ self.cast), 1e-12))
-            made = made * np.exp(self.hue + (cast * self.cast).astype(np.float32))
+            made = made * exp(self.hue + (cast * self.cast).astype(np.float32))
         # A colour takes away from white light, as a filter does: the brightest channel is what is kept.
-        ours, new = (float(np.quantile(one[self.face].max(axis=1), BRIGHTEST)) for one in (light, made))
+        ours, new = (float(np.quantile(brightest(one[self.face]), BRIGHTEST)) for one in (light, made))
         taken = exposure * np.log(max(self.theirs, 1e-4) / max(self.ours, 1e-4))
         anchor = np.log(ours / max(new, 1e-9)) + taken
         made = made * np.float32(np.exp(anchor))
         if self.bleach is not None:
-            made = made * np.exp(self.bleach.undone(self.brightness + np.float32(anchor)))
+            made = made * exp(self.bleach.undone(self.brightness + np.float32(anchor)))
         relit = shown(made, self.encoded)
         planes = relit[..., 0] if relit.shape[2] == 1 else relit
         return Relit(np.asarray(planes, np.float32), layers=self.layers)

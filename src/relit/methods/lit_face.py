@@ -7,10 +7,11 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
 
 from relit.light.dome import DOME, Lamps, fit_lamps, surface_of
-from relit.photo.color import LUMA_WEIGHTS
+from relit.photo.color import luma
+from relit.photo.curves import log
+from relit.photo.filters import gaussian
 from relit.photo.pixels import DARKEST, to_unit
 from relit.photo.profile import decode_srgb, encode_srgb
 from relit.photo.resampling import reduced
@@ -81,13 +82,13 @@ class LitFace:
         made = self.surface.lit(lamps)
         least = (_DARKEST_SHADE if self.encoded else _DARKEST_AS_IS) * self._quantile(made[..., 0], BRIGHTEST)
         least = max(least, _DARKEST)
-        shade = np.log(np.clip(made[..., :1], least, max(most, least)))
+        shade = log(np.clip(made[..., :1], least, max(most, least)))
         if lamps.colors is None:
             return self.surface.enlarged(shade)[..., 0], None
         gains = lamps.colors.sum(axis=0) / max(float(lamps.weights.sum()), _DARKEST)
         ground = (least - np.minimum(made[..., :1], least)) * gains.astype(np.float32)
-        bright = np.log(np.maximum(made[..., :1], least))
-        hue = np.log(np.maximum(made[..., 1:] + ground, _DARKEST)) - bright
+        bright = log(np.maximum(made[..., :1], least))
+        hue = log(np.maximum(made[..., 1:] + ground, np.float32(_DARKEST))) - bright
         both = self.surface.enlarged(np.concatenate([shade, hue], axis=2))
         return both[..., 0], both[..., 1:]
 
@@ -115,7 +116,7 @@ class LitFace:
     @cached_property
     def unexplained(self) -> Plane:
         """e, as far as it may be skin; its median over the skin is 0."""
-        off = np.log(np.maximum(self.brightness, _DARKEST)) - self.own_shading[0]
+        off = log(np.maximum(self.brightness, np.float32(_DARKEST))) - self.own_shading[0]
         inside = self.weight > 0.5
         middle = np.median(off[inside]) if inside.any() else 0
         return np.asarray(np.clip(off - middle, -_MOST, _MOST), np.float32)
@@ -134,7 +135,7 @@ def shown(light: NDArray[Any], encoded: bool) -> Plane:
 
 def brightness_of(light: Plane) -> Plane:
     """Return the luma of linear planes, (H, W)."""
-    return light if light.ndim == 2 else np.asarray(light @ LUMA_WEIGHTS.astype(np.float32))
+    return light if light.ndim == 2 else luma(light)
 
 
 @remembered
@@ -158,14 +159,14 @@ def explain(planes: NDArray[Any], shape: FaceShape, weight: Plane, iod: float, *
     LitFace
     """
     light, surface = linear(planes, encoded), surface_of(shape, iod)
-    brightness = gaussian_filter(brightness_of(light), _GRAIN * iod)
+    brightness = gaussian(brightness_of(light), _GRAIN * iod)
     counts = reduced(weight, surface.factor)
     skin = counts > 0.5 if np.any(counts > 0.5) else np.ones(counts.shape, bool)
     basis, counts = surface.under_dome[:, skin].T, counts[skin]
     weights = fit_lamps(basis, reduced(brightness, surface.factor)[skin], counts)
     colors = None
     if light.ndim == 3:
-        hue = gaussian_filter(light, (_HUE_GRAIN * iod, _HUE_GRAIN * iod, 0))
+        hue = gaussian(light, _HUE_GRAIN * iod)
         colors = _colored(basis, reduced(hue, surface.factor)[skin], counts, weights)
     return LitFace(surface, brightness, weight, Lamps(DOME, weights, colors), encoded)
 
@@ -178,7 +179,7 @@ def _colored(
     What they explain is the colour alone, at the brightness that the lamps make: where a person's albedo, or
     the shape, is off, all channels are.
     """
-    hue = light / np.maximum(light @ LUMA_WEIGHTS, _DARKEST)[:, None]
+    hue = light / np.maximum(luma(light), np.float32(_DARKEST))[:, None]
     with one_blas_thread():
         made, gains = basis @ weights, np.median(hue, axis=0)
     fits = [

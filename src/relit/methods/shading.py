@@ -41,6 +41,7 @@ from relit.methods.light_change import LightChange
 from relit.methods.lit_face import BRIGHTEST, LitFace, brightness_of, explain, linear, shown
 from relit.methods.residual import of_reference, of_target
 from relit.methods.unlit import stand_in
+from relit.photo.curves import exp
 from relit.photo.resampling import blurred
 from relit.runtime.threads import available, pool
 from relit.settings.studio_lights import studio_light
@@ -150,8 +151,8 @@ def _layers(
 ) -> dict[str, Plane]:
     """Return both lights as they fall on the head, and the person, by whom the first makes the target."""
     light, inside = linear(scene.target, scene.encoded), scene.face.interior
-    first, second = (np.exp(shade if hue is None else shade[..., None] + hue) for shade, hue in (old, new))
-    person = light / (first if first.ndim == light.ndim else np.exp(old[0]))
+    first, second = (exp(shade if hue is None else shade[..., None] + hue) for shade, hue in (old, new))
+    person = light / (first if first.ndim == light.ndim else exp(old[0]))
     first *= np.median(person[inside], axis=0)
     person /= np.median(person[inside], axis=0)
     second *= np.quantile(first[inside], BRIGHTEST) / np.quantile(second[inside], BRIGHTEST)

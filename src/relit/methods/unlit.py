@@ -9,9 +9,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import gaussian_filter, grey_erosion, map_coordinates
 
 from relit.methods.lit_face import BRIGHTEST, shown
+from relit.photo.curves import log
+from relit.photo.filters import at_places, eroded, gaussian
 from relit.photo.pixels import GAMMA
 
 if TYPE_CHECKING:
@@ -33,10 +34,10 @@ _SHAPE = 0.1  # in log: what a wrong normal does to a shade
 def lit(face: LitFace, iod: float) -> Plane:
     """Return where a face's own light reaches: 0 to 1, and less at a shadow's edge than within the light."""
     skin = face.weight > 0.5
-    seen = shown(gaussian_filter(face.brightness, _WIDE * iod), face.encoded)
+    seen = shown(gaussian(face.brightness, _WIDE * iod), face.encoded)
     brightest = float(np.quantile(seen[skin] if skin.any() else seen, BRIGHTEST))
     size = max(1, round(_SHADOW_EDGE * iod))
-    seen = gaussian_filter(grey_erosion(seen / max(brightest, 1e-6), (size, size)), size / 3)
+    seen = gaussian(eroded(seen / max(brightest, 1e-6), size), size / 3)
     share = np.clip((seen - _UNLIT) / (_LIT - _UNLIT), 0, 1)
     # A light at the camera casts no shadow that the camera sees: what is dark then is dark hair.
     towards = face.lamps.weights @ face.lamps.directions
@@ -84,13 +85,13 @@ def stand_in(
         total, weights = total + half * _there(person, twin), weights + half
     if reference is not None:
         theirs, theirs_variance = _person(reference, reference.own_shading[0], iod)
-        seen = np.maximum(reference.weight, gaussian_filter(features.astype(np.float32), _WIDE / 2 * iod))
+        seen = np.maximum(reference.weight, gaussian(features, _WIDE / 2 * iod))
         shared = own * reference.weight
         theirs = theirs + (shared * (person - theirs)).sum() / max(float(shared.sum()), 1e-9)
         other = dark * seen / (theirs_variance + (_curve(target) * _PERSON) ** 2)
         total, weights = total + other * theirs, weights + other
     # As far as its own light shows the person, so does its grain.
-    grain = np.log(brightness) - np.log(np.maximum(target.brightness, _LEAST))
+    grain = log(brightness / np.maximum(target.brightness, np.float32(_LEAST)))
     missing = total / np.maximum(weights, 1e-9) - person - (1 - reached) * grain
     missing *= np.minimum(weights * (_curve(target) * _PERSON) ** 2, 1)
     return np.asarray(missing, np.float32), reached
@@ -98,9 +99,9 @@ def stand_in(
 
 def _person(face: LitFace, shade: Plane, iod: float) -> tuple[Plane, Plane]:
     """Return p beside a shading, and its variance."""
-    seen = shown(gaussian_filter(face.brightness, _WIDE * iod), face.encoded)
+    seen = shown(gaussian(face.brightness, _WIDE * iod), face.encoded)
     noise = _curve(face) * _NOISE / np.maximum(seen, _NOISE)
-    person = np.log(np.maximum(face.brightness, _LEAST)) - shade
+    person = log(np.maximum(face.brightness, np.float32(_LEAST))) - shade
     return person, np.asarray(noise**2 + _SHAPE**2, np.float32)
 
 
@@ -110,4 +111,4 @@ def _curve(face: LitFace) -> float:
 
 
 def _there(plane: Plane, twin: NDArray[np.float64]) -> Plane:
-    return np.asarray(map_coordinates(plane, twin, order=1, mode="nearest"), np.float32)
+    return at_places(plane, twin[1], twin[0])

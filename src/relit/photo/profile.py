@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from relit.errors import ImageError
+from relit.photo.curves import power
 from relit.runtime.threads import bands, pool
 
 if TYPE_CHECKING:
@@ -58,12 +59,12 @@ def encode_srgb(light: NDArray[Any]) -> NDArray[Any]:
     >>> encode_srgb(np.array([0, 0.001, 0.2140411, 1])).round(5).tolist()
     [0.0, 0.01292, 0.5, 1.0]
     """
-    return np.where(light <= 0.0031308, light * 12.92, 1.055 * light ** (1 / 2.4) - 0.055)
+    return np.where(light <= 0.0031308, light * 12.92, 1.055 * power(light, 1 / 2.4) - 0.055)
 
 
 def decode_srgb(values: NDArray[Any]) -> NDArray[Any]:
     """Return sRGB values as linear light; the inverse of `encode_srgb`."""
-    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    return np.where(values <= 0.04045, values / 12.92, power((values + 0.055) / 1.055, 2.4))
 
 
 def srgb_with_primaries(primaries: Sequence[float]) -> bytes | None:

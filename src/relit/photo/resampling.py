@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import cv2
 import numpy as np
-from scipy.ndimage import gaussian_filter
+
+from relit.photo.filters import gaussian
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _CELLS = 3  # of a coarser grid per standard deviation of a blur: an edge is off by 1 % at most
+_BAND = 2**20  # samples of a photo that are held as wider integers at a time
 
 
 def blurred(planes: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:
@@ -25,26 +28,37 @@ def blurred(planes: NDArray[np.float32], sigma: float) -> NDArray[np.float32]:
     factor = max(int(sigma / _CELLS), 1)
     # Means over cells and lines between them are blurs as well.
     left = np.sqrt(sigma**2 - (factor**2 - 1) / 4) / factor
-    made = gaussian_filter(reduced(planes, factor), (left, left, 0)[: planes.ndim])
+    made = gaussian(reduced(planes, factor), float(left))
     return Enlarger(made, factor, planes.shape).rows(0, len(planes))
 
 
 def reduced(image: NDArray[Any], factor: int) -> NDArray[Any]:
-    """Return the means over blocks of ``factor x factor`` px, uint16 of integers and float32 of floats."""
+    """Return the means over blocks of ``factor x factor`` px, uint16 of integers and float32 of floats.
+
+    At the end, the last pixel counts as often as a block has to be filled.
+    """
     if factor == 1:
         return image
-    whole = image.dtype.kind == "u"
     rows, columns = (-(-size // factor) for size in image.shape[:2])
-    total = image
-    for axis, count in enumerate((rows, columns)):
-        shape = (*total.shape[:axis], count, *total.shape[axis + 1 :])
-        part, total = total, np.zeros(shape, np.uint32 if whole else np.float32)
-        for first in range(factor):
-            places = np.minimum(np.arange(first, count * factor, factor), image.shape[axis] - 1)
-            total += part.take(places, axis)
-    if not whole:
-        return total / np.float32(factor**2)
-    return np.rint(total * (65535 / (factor**2 * float(np.iinfo(image.dtype).max)))).astype(np.uint16)
+    kind = np.uint16 if image.dtype.kind == "u" else np.float32
+    made = np.empty((rows, columns, *image.shape[2:]), kind)
+    band = max(_BAND // (columns * factor * factor), 1)
+    for first in range(0, rows, band):
+        part = image[first * factor : (first + band) * factor]
+        made[first : first + band] = _block_means(part, factor, columns)
+    return made
+
+
+def _block_means(part: NDArray[Any], factor: int, columns: int) -> NDArray[Any]:
+    """Return the means over the blocks of some rows of a photo."""
+    part = part.astype(np.uint16) * 257 if part.dtype == np.uint8 else part
+    part = np.ascontiguousarray(part, None if part.dtype == np.uint16 else np.float32)
+    rows, planes = -(-len(part) // factor), part.shape[2:]
+    below, beside = rows * factor - len(part), columns * factor - part.shape[1]
+    if below or beside:
+        part = cv2.copyMakeBorder(part, 0, below, 0, beside, cv2.BORDER_REPLICATE)
+    made = cv2.resize(part, (columns, rows), interpolation=cv2.INTER_AREA)
+    return np.asarray(made).reshape(rows, columns, *planes)
 
 
 class Enlarger:
@@ -70,17 +84,10 @@ class Enlarger:
         """Return rows ``first`` to ``last``, the latter not included."""
         if self._factor == 1:
             return self._plane[first:last, : self._width]
-        narrow = _between(self._plane, 0, np.arange(first, last), self._factor)
-        return _between(narrow, 1, np.arange(self._width), self._factor)
-
-
-def _between(
-    plane: NDArray[np.float32], axis: int, pixels: NDArray[np.int_], factor: int
-) -> NDArray[np.float32]:
-    """Return a plane interpolated along an axis, where the pixels of the enlarged one lie."""
-    position = np.clip((pixels + 0.5) / factor - 0.5, 0, plane.shape[axis] - 1)
-    before = position.astype(np.intp)
-    share = (position - before).astype(np.float32).reshape(-1, *[1] * (plane.ndim - 1 - axis))
-    enlarged = plane.take(before, axis)
-    enlarged += share * (plane.take(before + 1, axis, mode="clip") - enlarged)
-    return enlarged
+        # Those that lie beside them count too.
+        start = max(first // self._factor - 1, 0)
+        part = self._plane[start : -(-last // self._factor) + 1]
+        size = part.shape[1] * self._factor, part.shape[0] * self._factor
+        made = cv2.resize(np.ascontiguousarray(part), size, interpolation=cv2.INTER_LINEAR)
+        made = np.asarray(made, np.float32).reshape(size[1], size[0], *part.shape[2:])
+        return made[first - start * self._factor : last - start * self._factor, : self._width]

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
 from scipy.sparse import coo_array, diags_array
 from scipy.sparse.linalg import splu
 
+from relit.photo.filters import gaussian
 from relit.photo.resampling import Enlarger, reduced
 from relit.runtime.memo import remembered
 
@@ -87,7 +87,7 @@ def fill(
     soft = solution.reshape(height, width, count).astype(np.float32)
     filled = Enlarger(soft, cell, whole.shape).rows(0, whole.shape[0])
     if cell > 1:
-        filled = gaussian_filter(filled, (cell / 2, cell / 2, 0), mode="nearest")
+        filled = gaussian(filled, cell / 2, edge="repeated")
     return np.asarray((share * whole + (1 - share) * filled).reshape(planes.shape), np.float32)
 
 
