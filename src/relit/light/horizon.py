@@ -12,8 +12,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
-from scipy.ndimage import gaussian_filter
+
+from relit.photo.filters import gaussian
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -57,15 +59,18 @@ def horizons(depth: NDArray[np.floating], solid: NDArray[np.bool_], iod: float) 
     reach = int(np.ceil(_FARTHEST * iod))
     blocker = np.pad(np.where(solid, depth, np.inf).astype(np.float32), reach, constant_values=np.inf)
     surface = (depth - _ROUGH * iod).astype(np.float32)
-    planes = []
-    for way in 2 * np.pi * np.arange(_WAYS) / _WAYS:
-        slope = np.full(depth.shape, -np.inf, np.float32)
-        for step in np.geomspace(_NEAREST, _FARTHEST, _STEPS) * iod:
-            y, x = reach + round(step * np.sin(way)), reach + round(step * np.cos(way))
-            there = blocker[y : y + height, x : x + width]
-            np.maximum(slope, (surface - there) / np.float32(step), out=slope)
-        planes.append(gaussian_filter(np.arctan(slope), _BLUR * iod))
-    return np.stack(planes)
+    planes = np.full((_WAYS, height, width), -np.inf, np.float32)
+    rise = np.empty_like(surface)
+    ways = 2 * np.pi * np.arange(_WAYS) / _WAYS
+    steps = np.geomspace(_NEAREST, _FARTHEST, _STEPS) * iod
+    places = np.stack([np.outer(np.sin(ways), steps), np.outer(np.cos(ways), steps)], axis=-1)
+    for slope, way in zip(planes, (reach + np.rint(places).astype(int)).tolist(), strict=True):
+        for (y, x), nearness in zip(way, (1 / steps).astype(np.float32), strict=True):
+            np.subtract(surface, blocker[y : y + height, x : x + width], out=rise)
+            rise *= nearness
+            np.maximum(slope, rise, out=slope)
+        slope[:] = gaussian(np.arctan(slope), _BLUR * iod)
+    return planes
 
 
 def visible(horizon: NDArray[np.floating], direction: NDArray[np.floating]) -> NDArray[np.float32]:
@@ -86,7 +91,10 @@ def visible(horizon: NDArray[np.floating], direction: NDArray[np.floating]) -> N
     x, y, z = direction
     way = np.arctan2(y, x) / (2 * np.pi) * _WAYS
     before = int(np.floor(way))
-    share = np.float32(way - before)
-    edge = (1 - share) * horizon[before % _WAYS] + share * horizon[(before + 1) % _WAYS]
-    elevation = np.arctan2(-z, np.hypot(x, y))
-    return np.asarray(np.clip((elevation - edge) / (2 * _SOFT) + 0.5, 0, 1), np.float32)
+    share = way - before
+    # (elevation - edge) / (2 soft) + 1/2, the edge being between those of two directions.
+    middle = np.arctan2(-z, np.hypot(x, y)) / (2 * _SOFT) + 0.5
+    weights = [-part / (2 * _SOFT) for part in (1 - share, share)]
+    first, second = horizon[before % _WAYS], horizon[(before + 1) % _WAYS]
+    made = cv2.addWeighted(first, weights[0], second, weights[1], middle)
+    return np.asarray(np.clip(made, 0, 1, out=made), np.float32).reshape(first.shape)

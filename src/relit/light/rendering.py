@@ -6,11 +6,12 @@ photo, cast shadows included, and no person.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import gaussian_filter, map_coordinates
 
+from relit.photo.filters import gaussian
 from relit.photo.pixels import GAMMA
 from relit.photo.resampling import Enlarger, reduced
 
@@ -38,8 +39,8 @@ def render(shape: FaceShape, light: StudioLight, iod: float) -> NDArray[np.float
     """
     # A mesh is coarser than a face: what it makes sharp is its own.
     sigma = _COARSE * iod
-    normals = np.stack([gaussian_filter(n, sigma, mode="nearest") for n in np.moveaxis(shape.normals, -1, 0)])
-    normals /= np.linalg.norm(normals, axis=0)
+    normals = np.moveaxis(gaussian(shape.normals, sigma, edge="repeated"), -1, 0)
+    normals = normals / np.linalg.norm(normals, axis=0)
     straight = np.maximum(np.tensordot(_direction(light).astype(np.float32), normals, 1), 0)
     lit = (1 - light.ambient) * straight * _visible(shape, light, iod) + light.ambient
     return np.asarray(np.clip(lit, 0, 1) ** (1 / GAMMA), np.float32)
@@ -51,20 +52,21 @@ def _visible(shape: FaceShape, light: StudioLight, iod: float) -> NDArray[np.flo
     iod = iod / factor
     depth = reduced(shape.depth, factor).astype(np.float64) / factor
     inside = reduced(shape.inside.astype(np.float32), factor) > 0.5
-    blockers = np.where(inside, depth, np.inf)  # what is beyond the face is not known to block anything
-    y, x = np.nonzero(inside)
-    z = depth[inside] - _ROUGH * iod
-    share = np.zeros(len(z))
+    height, width = depth.shape
+    reach = int(np.ceil(_FARTHEST * iod)) + 1
+    # What is beyond the face is not known to block anything.
+    blockers = np.pad(np.where(inside, depth, np.inf), reach, constant_values=np.inf)
+    surface = depth - _ROUGH * iod
+    share = np.zeros(depth.shape)
     rays = _rays(_direction(light))
     for ray in rays:
-        free = np.ones(len(z), bool)
-        for step in np.linspace(0.03, _FARTHEST, _STEPS) * iod:
-            there = [y + step * ray[1], x + step * ray[0]]
-            free &= map_coordinates(blockers, there, order=0, cval=np.inf) >= z + step * ray[2]
+        free = np.ones(depth.shape, bool)
+        for step in (np.linspace(0.03, _FARTHEST, _STEPS) * iod).tolist():
+            x, y, rise = (step * ray).tolist()
+            row, column = reach + math.floor(y + 0.5), reach + math.floor(x + 0.5)
+            free &= blockers[row : row + height, column : column + width] >= surface + rise
         share += free / len(rays)
-    seen = np.ones(depth.shape)
-    seen[inside] = share
-    soft = gaussian_filter(seen, _PENUMBRA * iod).astype(np.float32)
+    soft = gaussian(np.where(inside, share, 1), _PENUMBRA * iod)
     return Enlarger(soft, factor, shape.inside.shape).rows(0, shape.inside.shape[0])
 
 
