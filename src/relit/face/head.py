@@ -23,7 +23,7 @@ from scipy.spatial.distance import cdist
 from scipy.spatial.transform import Rotation
 
 from relit.face.landmarks import Landmarks
-from relit.face.rasterizer import rasterize
+from relit.face.rasterizer import Raster, rasterize
 from relit.face.template_head import template_head, vertex_normals
 from relit.runtime.memo import remembered
 from relit.runtime.threads import one_blas_thread
@@ -78,16 +78,21 @@ def seen_head(landmarks: Landmarks, shape: tuple[int, ...], of: Landmarks) -> Se
         Whose head; if not the same, it is laid over this one.
     """
     triangles = template_head().triangles
-    place = fitted(landmarks)
-    surface = place if of is landmarks else fitted(of)
-    raster = rasterize(place, triangles, shape)
+    surface = fitted(of)
+    raster, nearest = _raster_of(landmarks, shape[:2])
     if not raster.covered.any():
         return None
     spread = raster.spread(np.column_stack([vertex_normals(surface, triangles), surface[:, 2]]), triangles)
     # Interpolated over a facet at the rim, or of another pose, they may look a little away.
     spread[..., 2] = np.minimum(spread[..., 2], 0)
-    nearest = distance_transform_edt(~raster.covered, return_distances=False, return_indices=True)
     return SeenHead(spread[tuple(nearest)], raster.covered)
+
+
+@remembered
+def _raster_of(landmarks: Landmarks, shape: tuple[int, ...]) -> tuple[Raster, NDArray[np.int32]]:
+    """Return what is seen of a head, and the rows and columns of its nearest pixels, (2, H, W)."""
+    raster = rasterize(fitted(landmarks), template_head().triangles, shape)
+    return raster, distance_transform_edt(~raster.covered, return_distances=False, return_indices=True)
 
 
 @remembered
@@ -117,30 +122,43 @@ def fitted(landmarks: Landmarks) -> NDArray[np.float64]:
     with one_blas_thread():
         kind = _likeliest(template, there)
         marks = template.landmarks + np.tensordot(kind, template.landmark_modes, 1)
-        vertices = template.vertices + np.tensordot(kind, template.modes, 1)
+        vertices = template.vertices + np.tensordot(kind.astype(np.float32), template.modes, 1)
         turn, origin = pose(marks, there)
         missing = there - (marks @ turn + origin)
         bend = _bend()
         weights = np.column_stack([bend.of_places @ missing[:, :2], bend.of_depths @ missing[:, 2]])
-        return np.asarray(vertices @ turn + origin + bend.basis @ weights)
+        return np.asarray(vertices @ turn + origin + bend.basis @ weights.astype(np.float32))
 
 
 def _likeliest(template: TemplateHead, there: NDArray[Any]) -> NDArray[np.float64]:
-    """Return how much of each mode there is, in standard deviations: the ridge regression on landmarks."""
-    kind = np.zeros(len(template.modes))
+    """Return how much of each mode there is, in standard deviations: the ridge regression on landmarks.
+
+    With M the modes, R the rotation and W the weights of the axes, ``(Σ M R W R' M' + 1) kind = Σ M R W d``
+    is solved, d being by how much landmarks are missed.
+    """
+    modes, products = template.landmark_modes, _products()
+    weight = np.divide(1, np.square([_OFF, _OFF, _OFF_IN_DEPTH]))
+    kind = np.zeros(len(modes))
     for _ in range(_ROUNDS):
-        turn, origin = pose(template.landmarks + np.tensordot(kind, template.landmark_modes, 1), there)
+        moved = np.tensordot(kind, modes, 1)
+        turn, origin = pose(template.landmarks + moved, there)
         scale = np.cbrt(np.linalg.det(turn))
-        moves = template.landmark_modes @ (turn / scale)
+        rotation = turn / scale
         missing = (there - (template.landmarks @ turn + origin)) / scale
         # How far off the camera all of it is, nobody knows.
-        deep = missing[:, 2] - np.tensordot(kind, moves[..., 2], 1)
-        missing[:, 2] -= np.median(deep)
-        weight = np.divide(1, np.square([_OFF, _OFF, _OFF_IN_DEPTH]))
-        half = (moves * weight).reshape(len(kind), -1)
-        square = half @ moves.reshape(len(kind), -1).T + np.eye(len(kind))
-        kind = np.linalg.solve(square, half @ missing.ravel())
+        missing[:, 2] -= np.median(missing[:, 2] - moved @ rotation[:, 2])
+        weighted = rotation * weight
+        square = np.tensordot(weighted @ rotation.T, products, 2) + np.eye(len(kind))
+        right = modes.reshape(len(kind), -1) @ (missing @ weighted.T).ravel()
+        kind = np.linalg.solve(square, right)
     return kind
+
+
+@cache
+def _products() -> NDArray[np.float64]:
+    """Return ``Σ M_a M_b'`` over the landmarks, for each two of the axes: (3, 3, l, l)."""
+    modes = np.moveaxis(template_head().landmark_modes, -1, 0)
+    return np.asarray(modes[:, None] @ modes[None].swapaxes(-1, -2))
 
 
 def turn_between(one: Landmarks, other: Landmarks) -> NDArray[np.float64]:
@@ -205,7 +223,7 @@ def pose(points: NDArray[Any], there: NDArray[Any]) -> tuple[NDArray[np.float64]
 class _Bend(NamedTuple):
     """A smoothing spline: what moves landmarks moves vertices by ``basis @ (solution @ moves)``."""
 
-    basis: NDArray[np.float64]
+    basis: NDArray[np.float32]
     of_places: NDArray[np.float64]
     of_depths: NDArray[np.float64]
 
@@ -214,7 +232,9 @@ class _Bend(NamedTuple):
 def _bend() -> _Bend:
     template = template_head()
     return _Bend(
-        np.column_stack([-cdist(template.vertices, template.landmarks), np.ones(len(template.vertices))]),
+        np.column_stack(
+            [-cdist(template.vertices, template.landmarks), np.ones(len(template.vertices))]
+        ).astype(np.float32),
         _solution(template.landmarks, _SMOOTHING),
         _solution(template.landmarks, _SMOOTHING_OF_DEPTH),
     )

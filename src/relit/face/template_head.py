@@ -36,7 +36,7 @@ class TemplateHead(NamedTuple):
         Which rows of `mesh478` are known.
     landmarks : (k, 3) float64 array
         Where they lie.
-    modes : (l, n, 3) float64 array
+    modes : (l, n, 3) float32 array
         The ways that heads differ most, of one standard deviation each.
     landmark_modes : (l, k, 3) float64 array
         The same of the landmarks.
@@ -46,7 +46,7 @@ class TemplateHead(NamedTuple):
     triangles: NDArray[np.int32]
     rows: NDArray[np.int64]
     landmarks: NDArray[np.float64]
-    modes: NDArray[np.float64]
+    modes: NDArray[np.float32]
     landmark_modes: NDArray[np.float64]
 
 
@@ -78,8 +78,8 @@ def template_head() -> TemplateHead:
         triangles,
         rows.astype(np.int64),
         landmarks,
-        modes,
-        np.einsum("lknx,kn->lkx", modes[:, near], share),
+        modes.astype(np.float32),
+        np.ascontiguousarray(np.einsum("lknx,kn->lkx", modes[:, near], share)),
     )
 
 
