@@ -20,9 +20,12 @@ from scipy.linalg import solve_triangular
 from scipy.spatial.distance import cdist
 from scipy.special import xlogy
 
+from relit.photo.curves import log
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+_TINY = np.finfo(float).tiny
 _TWINS = 1e-3  # how near twins are, in units of the scale; further apart, the plain sum is right enough
 
 
@@ -76,7 +79,12 @@ class Basis:
             return np.exp(-square * (self.scale / self.radius) ** 2)
         if self.kernel == "multiquadric":
             return -np.sqrt(square + (self.radius / self.scale) ** 2)
-        return np.asarray(0.5 * xlogy(square, square * self.unit**2))
+        made = np.maximum(square, _TINY)  # 0 log 0 is 0
+        made *= self.unit**2
+        made = log(made)
+        made *= square
+        made *= 0.5
+        return made
 
     def _phi_rise(self, low: NDArray[np.float64], rise: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return φ(low + rise) - φ(low), right to the last digits however small the rise."""
@@ -86,5 +94,5 @@ class Basis:
         if self.kernel == "multiquadric":
             return np.asarray(rise / (self._phi(low) + self._phi(high)))
         # high log high - low log low = (high - low) log high + low log(high / low)
-        bend = low * np.log1p(rise / np.maximum(low, np.finfo(float).tiny))
+        bend = low * np.log1p(rise / np.maximum(low, _TINY))
         return np.asarray(0.5 * (xlogy(rise, high * self.unit**2) + bend))
