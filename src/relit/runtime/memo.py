@@ -21,6 +21,7 @@ import numpy as np
 from relit.runtime.lru import LRU
 
 _OF_ONE_CALL = 400_000_000  # bytes: two faces under 100 lamps, of up to 155 MB each, and the small steps
+_PLAIN = frozenset([type(None), bool, int, float, str])  # what most values are, and holds nothing
 _EACH = 8  # results of a step: both photos at two sizes, now and before; more only take time to look through
 
 Given = ParamSpec("Given")
@@ -172,11 +173,18 @@ def size_of(value: Any) -> int:
 
 def _arrays(value: Any) -> dict[int, int]:
     """Return the bytes of the arrays in a value, by what tells one from another."""
-    if isinstance(value, np.ndarray):
-        return {id(value): int(value.nbytes)}
-    # What a dataclass has worked out of its fields and kept, it holds as well.
-    parts = list(vars(value).values()) if is_dataclass(value) else _parts(value)
-    return {key: held for part in parts or () for key, held in _arrays(part).items()}
+    found: dict[int, int] = {}
+    waiting = [value]
+    while waiting:
+        one = waiting.pop()
+        if type(one) in _PLAIN:
+            continue
+        if isinstance(one, np.ndarray):
+            found[id(one)] = int(one.nbytes)
+        else:
+            # What a dataclass has worked out of its fields and kept, it holds as well.
+            waiting += list(vars(one).values()) if is_dataclass(one) else _parts(one) or ()
+    return found
 
 
 def _parts(value: Any) -> list[Any] | None:
