@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
+from relit.face import rasterizer
 from relit.face.rasterizer import rasterize
 from relit.face.template_head import vertex_normals
 
@@ -57,6 +58,18 @@ def test_normals_and_depth_of_a_ball_are_its_own():
     normals = spread[..., :3] / np.linalg.norm(spread[..., :3], axis=2, keepdims=True).clip(1e-9)
     cosine = (normals * np.dstack([x, y, z])).sum(axis=2)[ball]
     assert np.rad2deg(np.arccos(cosine.clip(-1, 1))).max() < 6  # the angle between neighbours
+
+
+def test_a_mesh_drawn_in_parts_is_the_same(monkeypatch):
+    random = np.random.default_rng(1)
+    vertices = random.uniform(-5, 20, (300, 3)).round(1)  # so that some lie in one place
+    triangles = np.repeat(random.permutation(300).reshape(100, 3), 2, axis=0).astype(np.int32)
+    whole = rasterize(vertices, triangles, (13, 15))
+    assert (whole.triangle[whole.covered] % 2 == 0).all()  # of twins, the first
+    monkeypatch.setattr(rasterizer, "_AT_ONCE", 20)
+    parts = rasterize(vertices, triangles, (13, 15))
+    np.testing.assert_array_equal(parts.triangle, whole.triangle)
+    np.testing.assert_array_equal(parts.weights, whole.weights)
 
 
 @pytest.mark.parametrize("away", [1e3, 1e12, -1e12])

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from relit.runtime.jit import compiled
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+_AT_ONCE = 2**17  # px of boxes that are looked at together: a large grid takes no more memory
+_OUT = -1e-9  # how little of a corner still counts as none: a pixel on an edge is in one triangle at least
 
 
 class Raster(NamedTuple):
@@ -69,43 +70,70 @@ def rasterize(vertices: NDArray[np.float64], triangles: NDArray[np.int32], shape
            [ 1,  0,  0, -1],
            [ 0,  0, -1, -1]], dtype=int32)
     """
-    triangle = np.full(shape[:2], -1, np.int32)
-    weights = np.zeros((*shape[:2], 3), np.float32)
-    _fill(np.ascontiguousarray(vertices), np.ascontiguousarray(triangles), triangle, weights)
-    return Raster(triangle, weights)
+    spans = _spans(vertices, triangles, shape)
+    seen = np.full(shape[0] * shape[1], -1, np.int32)
+    weights = np.zeros((len(seen), 3), np.float32)
+    nearest = np.full(len(seen), np.inf)
+    part = np.cumsum(spans.width) // _AT_ONCE
+    for some in np.split(np.arange(len(part)), np.flatnonzero(np.diff(part)) + 1):
+        _draw(vertices, triangles, _Spans(*(each[some] for each in spans)), shape[1], nearest, seen, weights)
+    return Raster(seen.reshape(shape[:2]), weights.reshape(*shape[:2], 3))
 
 
-@compiled
-def _fill(
+class _Spans(NamedTuple):
+    """The rows of px of the boxes round triangles, in the order of the triangles."""
+
+    triangle: NDArray[Any]
+    area: NDArray[Any]  # twice that of the triangle
+    y: NDArray[Any]
+    left: NDArray[Any]
+    width: NDArray[Any]
+
+
+def _spans(vertices: NDArray[np.float64], triangles: NDArray[np.int32], shape: tuple[int, ...]) -> _Spans:
+    """Return the px in the boxes round the triangles that show their fronts."""
+    xy = vertices[triangles, :2]
+    (ax, ay), (bx, by), (cx, cy) = xy.transpose(1, 2, 0)
+    area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+    # Clipped as real numbers: what lies far off the grid fits in no index.
+    first = np.maximum(np.ceil(xy.min(axis=1)), 0)
+    last = np.minimum(np.floor(xy.max(axis=1)), [shape[1] - 1, shape[0] - 1])
+    front = np.flatnonzero((area > 0) & (first <= last).all(axis=1))
+    (left, top), (width, height) = first[front].T.astype(int), (last - first + 1)[front].T.astype(int)
+    rows = np.repeat(front, height)
+    return _Spans(rows, area[rows], _counted(top, height), np.repeat(left, height), np.repeat(width, height))
+
+
+def _counted(first: NDArray[np.intp], count: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return the numbers from each of `first` on, so many of them, one after the other."""
+    ends = np.cumsum(count)
+    return np.arange(count.sum()) + np.repeat(first - ends + count, count)
+
+
+def _draw(
     vertices: NDArray[np.float64],
     triangles: NDArray[np.int32],
+    spans: _Spans,
+    width: int,
+    nearest: NDArray[np.float64],
     seen: NDArray[np.int32],
     weights: NDArray[np.float32],
 ) -> None:
-    """Draw the triangles, each over those behind it; of two in one place, the first stays."""
-    height, width = seen.shape
-    nearest = np.full((height, width), np.inf)
-    for row in range(len(triangles)):
-        a, b, c = vertices[triangles[row, 0]], vertices[triangles[row, 1]], vertices[triangles[row, 2]]
-        area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-        if not area > 0:
-            continue
-        # Clipped as real numbers: what lies far off the grid fits in no index.
-        left = max(np.ceil(min(a[0], b[0], c[0])), 0.0)
-        right = min(np.floor(max(a[0], b[0], c[0])), width - 1.0)
-        top = max(np.ceil(min(a[1], b[1], c[1])), 0.0)
-        bottom = min(np.floor(max(a[1], b[1], c[1])), height - 1.0)
-        for y in range(int(top), int(bottom) + 1):
-            for x in range(int(left), int(right) + 1):
-                at_a = ((b[0] - x) * (c[1] - y) - (b[1] - y) * (c[0] - x)) / area
-                at_b = ((c[0] - x) * (a[1] - y) - (c[1] - y) * (a[0] - x)) / area
-                at_c = 1 - at_a - at_b
-                if at_a < -1e-9 or at_b < -1e-9 or at_c < -1e-9:
-                    continue
-                depth = at_a * a[2] + at_b * b[2] + at_c * c[2]
-                if depth < nearest[y, x]:
-                    nearest[y, x] = depth
-                    seen[y, x] = row
-                    weights[y, x, 0] = at_a
-                    weights[y, x, 1] = at_b
-                    weights[y, x, 2] = at_c
+    """Draw spans of triangles over those behind them; of two in one place, the first stays."""
+    corners = vertices[triangles[spans.triangle]].transpose(2, 1, 0)
+    corners[1] -= spans.y
+    of_span = np.vstack([*corners, spans.area, spans.triangle, spans.y * width])
+    x = _counted(spans.left, spans.width)
+    ax, bx, cx, ay, by, cy, az, bz, cz, area, triangle, row = np.repeat(of_span, spans.width, axis=1)
+    ax, bx, cx = ax - x, bx - x, cx - x
+    at_a = (bx * cy - by * cx) / area
+    at_b = (cx * ay - cy * ax) / area
+    at_c = 1 - at_a - at_b
+    depth = at_a * az + at_b * bz + at_c * cz
+    place = row.astype(np.intp) + x
+    inside = (at_a >= _OUT) & (at_b >= _OUT) & (at_c >= _OUT)
+    drawn = np.flatnonzero(inside & (depth < nearest[place]))
+    np.minimum.at(nearest, place[drawn], depth[drawn])
+    drawn = drawn[depth[drawn] == nearest[place[drawn]]][::-1]  # the last to be written is the first
+    seen[place[drawn]] = triangle[drawn]
+    weights[place[drawn]] = np.stack([at_a[drawn], at_b[drawn], at_c[drawn]], axis=1)
