@@ -12,9 +12,9 @@ from skimage import data
 
 from relit.errors import ImageError, OptionError
 from relit.evaluate.yale_b import FRONTAL, YaleB
-from relit.ltv import decomposition as ltv
 from relit.ltv.decomposition import decompose, normalize
 from relit.photo.pixels import DARKEST
+from relit.solver import isotropic
 from relit.solver.certificate import certify
 from relit.solver.isotropic import tv_l1_isotropic
 
@@ -121,7 +121,7 @@ def test_arguments_out_of_range_are_refused():
 
 def test_an_isotropic_split_that_did_not_converge_is_told(monkeypatch):
     hurried = partial(tv_l1_isotropic, max_iterations=20)
-    monkeypatch.setattr(ltv, "tv_l1_isotropic", hurried)
+    monkeypatch.setattr(isotropic, "tv_l1_isotropic", hurried)
     with pytest.warns(RuntimeWarning, match="stopped after 20 iterations"):
         decompose(data.astronaut()[60:100, 200:240, 1], 0.05, neighborhood="isotropic")
 

@@ -63,6 +63,15 @@ def test_first_use_of_a_solver_is_announced_on_a_terminal_once(tmp_path):
     assert "compiling" not in silent.stderr
 
 
+def test_our_own_method_brings_no_compiler_along():
+    code = (
+        "import sys, relit; relit.transfer(relit.sample('target'), relit.sample('reference')); "
+        "print({'numba', 'llvmlite'} & set(sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "set()\n"
+
+
 @pytest.mark.slow
 def test_nowhere_to_keep_the_compiled_functions_is_no_failure(tmp_path):
     shutil.copytree(

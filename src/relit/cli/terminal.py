@@ -17,6 +17,7 @@ from relit.photo.photo import Photo
 from relit.photo.pixels import check_pixels
 from relit.photo.reading import read_image
 from relit.photo.writing import write_image
+from relit.runtime.announcing import announcing
 
 _UNSURE = 0.2  # confidence below which a light is a guess: of ten references, those of two fringes
 
@@ -79,7 +80,6 @@ def progress(step: str) -> Iterator[None]:
 @contextlib.contextmanager
 def solving(step: str) -> Iterator[None]:
     """Show that a solver is running, and on its first use ever, why it takes longer."""
-    from relit.runtime.jit import announcing
 
     def tell() -> None:
         if sys.stderr.isatty():

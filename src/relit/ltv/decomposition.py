@@ -27,16 +27,12 @@ from relit.photo.foreign_images import pixels_of
 from relit.photo.pixels import DARKEST, check_pixels, size_and_dtype, to_unit
 from relit.runtime.memo import remembered
 from relit.runtime.threads import available, pool
-from relit.solver.exact import tv_l1
-from relit.solver.isotropic import tv_l1_isotropic
 from relit.solver.neighborhoods import check_lam
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from relit.photo.foreign_images import AnyImage
-
-_GAP = 1e-3  # relative duality gap of the isotropic kind
 
 #: The interocular distance, in px, of the face that λ refers to.
 FACE_SCALE = 100.0
@@ -148,9 +144,14 @@ def decompose(
 def _large_scale(
     plane: NDArray[Any], lam: float, neighborhood: int | str, threads: int
 ) -> NDArray[np.float32]:
+    # Imported here: the solvers bring a compiler along, and our own method takes none of them.
     if neighborhood != "isotropic":
+        from relit.solver.exact import tv_l1
+
         u = tv_l1(plane, lam, neighborhood, threads=threads)  # type: ignore[arg-type]
         return np.maximum(to_unit(u), np.float32(DARKEST))
+    from relit.solver.isotropic import tv_l1_isotropic
+
     solution = tv_l1_isotropic(np.log(np.maximum(to_unit(plane), DARKEST)), lam, tolerance=_GAP)
     if solution.gap > _GAP:
         warnings.warn(

@@ -22,7 +22,6 @@ import numpy as np
 from relit.errors import ImageError, LandmarkError
 from relit.face.outline import drawn, feature_hulls
 from relit.ltv.decomposition import FACE_SCALE
-from relit.solver.exact import tv_l1
 from relit.solver.neighborhoods import UNIT, Grid, Neighborhood, paired
 
 if TYPE_CHECKING:
@@ -81,6 +80,8 @@ def scale_of(mask: NDArray[Any], neighborhood: Neighborhood = 4) -> Scale:
         raise ImageError("mask: expected a two-dimensional array of booleans")
     if not mask.any():
         raise ImageError("mask: has no pixel set; draw a shape into it")
+    from relit.solver.exact import tv_l1  # which brings a compiler along, and only λ "auto" needs it
+
     grid = Grid.of(neighborhood)
     # The frame of an image is no boundary. Farther than G from the shape no set gains by touching it, and G
     # is largest for a disc: less than half the root of its area.

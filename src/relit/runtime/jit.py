@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
 from filelock import FileLock
 from numba import njit
 from numba.core import event
+
+from relit.runtime.announcing import announce
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -48,24 +50,15 @@ def _compile(function: Function, **options: Any) -> Function:
     return result  # type: ignore[no-any-return]
 
 
-class _FirstCompilation(event.Listener):
-    def __init__(self, tell: Callable[[], None]) -> None:
-        self._tell = [tell]
+class _Compilations(event.Listener):
+    """Announces when a function of ours is compiled."""
 
     def on_start(self, event: Any) -> None:
-        if self._tell and event.data["dispatcher"].py_func.__module__.startswith("relit."):
-            self._tell.pop()()
+        if event.data["dispatcher"].py_func.__module__.startswith("relit."):
+            announce()
 
     def on_end(self, event: Any) -> None:
         pass
 
 
-@contextmanager
-def announcing(tell: Callable[[], None]) -> Iterator[None]:
-    """Call `tell` once if a function of ours is compiled meanwhile: that takes seconds."""
-    listener = _FirstCompilation(tell)
-    event.register("numba:compile", listener)  # type: ignore[no-untyped-call]
-    try:
-        yield
-    finally:
-        event.unregister("numba:compile", listener)  # type: ignore[no-untyped-call]
+event.register("numba:compile", _Compilations())  # type: ignore[no-untyped-call]
