@@ -8,7 +8,7 @@ from relit.compose.blend import base_of
 from relit.face.landmarks import Landmarks
 from relit.face.views import view_of
 from relit.photo.planes import plane_space
-from relit.photo.resampling import reduced
+from relit.photo.resampling import Enlarger, reduced
 
 COLOR = plane_space(False, False, "rgb", "all")
 
@@ -59,6 +59,21 @@ def test_no_change_at_a_reduced_size_gives_every_pixel_back():
     base = base_of(reduced(target, 4))
     out = blend(target, np.zeros(base.shape, np.float32), None, factor=4)
     np.testing.assert_array_equal(out, target)
+
+
+def test_blended_block_by_block_it_is_the_same(monkeypatch):
+    random = np.random.default_rng(2)
+    target = photo(np.uint8, (61, 95, 3))
+    change = random.normal(0, 0.3, (21, 32, 3)).astype(np.float32)
+    mask = np.zeros((21, 32), np.float32)
+    mask[5:9, 11:20] = random.random((4, 9))
+    whole = blend(target, change, mask, factor=3)
+    monkeypatch.setattr(room, "_ROWS", 6)
+    np.testing.assert_array_equal(blend(target, change, mask, factor=3), whole)
+    touched = (whole != target).any(axis=2)
+    share = Enlarger(mask, 3, target.shape).rows(0, 61)
+    assert touched[share > 0.1].all()
+    assert not touched[share == 0].any()
 
 
 def test_a_grey_target_is_coloured_inside_the_mask_only():

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from functools import cache
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+import cv2
 import numpy as np
 
 from relit.compose.guided_filter import fit_lines
-from relit.photo.pixels import DARKEST, from_unit, to_unit
+from relit.photo.pixels import DARKEST, from_unit, full_of, to_unit
 from relit.photo.resampling import Enlarger
 from relit.runtime.threads import available, pool
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import NDArray
 
     from relit.face.views import View
     from relit.photo.planes import PlaneSpace
 
-_ROWS = 128  # at a time, so that what is in work fits a processor's cache
+_ROWS = 64  # of a photo at a time, so that what is in work fits a processor's cache
 # What each of these is worth: docs/leaderboard.md, The constants.
 _RADIUS, _LEAST = 1, 0.03  # px, and log I: of the lines that carry a change along the photo's edges
 
@@ -58,24 +62,88 @@ def blend(
     image = in_rgb(target) if space.coloring else target.copy()
     part, whole = image[view.window], target[view.window]
     made = change if mask is None else change * mask[..., None]
-    slope, offset = _lines(made, base) if view.factor > 1 else (np.zeros_like(made), made)
-    enlarged = [Enlarger(plane, view.factor, whole.shape) for plane in (slope, offset)]
-    share = None if mask is None else Enlarger(mask, view.factor, whole.shape)
+    slope, offset = _lines(made, base) if view.factor > 1 else (None, made)
 
-    def work(first: int) -> None:
-        rows = slice(first, min(first + _ROWS, len(whole)))
-        planes = base_of(space.of_target(whole[rows]))
-        steep, shift = (plane.rows(rows.start, rows.stop) for plane in enlarged)
-        if view.factor > 1:
-            shift = shift + steep * np.log(planes)
-        relit = np.clip(planes * np.exp(shift), 0, 1)
-        new = from_unit(space.rebuild(whole[rows], relit), target.dtype)
-        touched = slice(None) if share is None else share.rows(rows.start, rows.stop) > 0
-        part[rows][touched] = new[touched]
+    def work(block: _Block) -> None:
+        here = whole[block.window]
+        planes = np.atleast_3d(space.of_target(here))
+        relit = np.empty((*here.shape[:2], made.shape[2]), np.float32)
+        for k in range(made.shape[2]):
+            unit, log = _unit_and_log(planes[..., k % planes.shape[2]])
+            shift = block.of(offset[..., k])
+            if slope is not None:
+                shift += block.of(slope[..., k]) * log
+            np.exp(shift, out=shift)
+            shift *= unit
+            np.minimum(shift, 1, out=relit[..., k])
+        new = from_unit(space.rebuild(here, relit), target.dtype)
+        if mask is not None:
+            touched = np.asarray(block.of(mask) > 0, np.uint8)
+            new = cv2.copyTo(new, touched, part[block.window].copy())
+        part[block.window] = new
 
     with pool(available()) as run:
-        run(work, range(0, len(whole), _ROWS))
+        run(work, list(_blocks(view, mask)))
     return image
+
+
+class _Block(NamedTuple):
+    """Part of a view that is enlarged at a time, so that what is in work fits a processor's cache."""
+
+    rows: slice
+    columns: slice
+    factor: int
+    window: tuple[slice, slice]  # of the photo's px that the view shows
+
+    def of(self, plane: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return this part of a plane of the view at the photo's size."""
+        # With one more px on each side, the enlarged part is that of the whole.
+        top, left = max(self.rows.start - 1, 0), max(self.columns.start - 1, 0)
+        around = plane[top : self.rows.stop + 1, left : self.columns.stop + 1]
+        rows, columns = (
+            slice(one.start - first * self.factor, one.stop - first * self.factor)
+            for one, first in zip(self.window, (top, left), strict=True)
+        )
+        enlarger = Enlarger(around, self.factor, (rows.stop, columns.stop))
+        return enlarger.rows(rows.start, rows.stop)[:, columns].copy()
+
+
+def _blocks(view: View, mask: NDArray[np.float32] | None) -> Iterator[_Block]:
+    """Return the parts of a view in which a mask is not 0 everywhere."""
+    height, width = (one.stop - one.start for one in view.window)
+    factor = view.factor
+    high = max(_ROWS // factor, 1)
+    for top in range(0, view.pixels.shape[0], high):
+        rows = slice(top, min(top + high, view.pixels.shape[0]))
+        columns = slice(0, view.pixels.shape[1])
+        if mask is not None:
+            some = np.flatnonzero(mask[max(top - 1, 0) : rows.stop + 1].any(axis=0))
+            if not some.size:
+                continue
+            columns = slice(max(int(some[0]) - 1, 0), min(int(some[-1]) + 2, columns.stop))
+        window = (
+            slice(rows.start * factor, min(rows.stop * factor, height)),
+            slice(columns.start * factor, min(columns.stop * factor, width)),
+        )
+        yield _Block(rows, columns, factor, window)
+
+
+def _unit_and_log(plane: NDArray[Any]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return a plane in (0, 1], and its logarithm; of integers, which are few, both are looked up."""
+    if plane.dtype.kind == "u":
+        unit, log = _of_integers(plane.dtype)
+        if plane.dtype == np.uint8:
+            unit, log = (np.asarray(cv2.LUT(plane, table), np.float32) for table in (unit, log))
+            return unit, log
+        return unit.take(plane), log.take(plane)
+    unit = base_of(plane)[..., 0]
+    return unit, np.log(unit)
+
+
+@cache
+def _of_integers(dtype: np.dtype[Any]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    unit = base_of(np.arange(full_of(dtype) + 1, dtype=dtype)).ravel()
+    return unit, np.log(unit)
 
 
 def in_rgb(image: NDArray[Any]) -> NDArray[Any]:
@@ -88,8 +156,5 @@ def _lines(
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return the slope and offset of a change over log I; the offset takes what the line leaves over."""
     guide = np.broadcast_to(np.log(base), change.shape)
-    slope = np.stack(
-        [fit_lines(change[..., k], guide[..., k], _RADIUS, _LEAST).slope for k in range(change.shape[2])],
-        axis=-1,
-    )
+    slope = fit_lines(change, guide, _RADIUS, _LEAST).slope
     return slope, change - slope * guide

@@ -14,8 +14,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import cv2
 import numpy as np
-from scipy.ndimage import uniform_filter
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,7 +35,7 @@ def fit_lines(
 
     Parameters
     ----------
-    values, guide : (H, W) array
+    values, guide : (H, W) or (H, W, k) array
     radius : int
         Of the window, in px: it is ``2 · radius + 1`` wide.
     least : float
@@ -56,7 +56,9 @@ def fit_lines(
     """
 
     def mean(plane: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.asarray(uniform_filter(plane, 2 * radius + 1, mode="nearest"))
+        window = (2 * radius + 1, 2 * radius + 1)
+        made = cv2.blur(plane, window, borderType=cv2.BORDER_REPLICATE)
+        return np.asarray(made, np.float64).reshape(plane.shape)
 
     c, g = values.astype(np.float64), guide.astype(np.float64)
     mean_c, mean_g = mean(c), mean(g)
@@ -77,7 +79,7 @@ def guided_filter(
 
     Returns
     -------
-    (H, W) float32 array
+    (H, W) or (H, W, k) float32 array
 
     Examples
     --------

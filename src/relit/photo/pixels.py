@@ -114,9 +114,10 @@ def from_unit(image: NDArray[np.floating[Any]], dtype: DTypeLike) -> NDArray[Any
     >>> from_unit(np.array([[-0.1, 0.2, 1.5]]), np.uint8).tolist()
     [[0, 51, 255]]
     """
-    clipped = np.clip(image, 0, 1)
+    clipped = np.clip(image, 0, 1)  # a new array
     if np.dtype(dtype).kind == "u":
-        clipped = np.rint(clipped * full_of(dtype))
+        clipped *= full_of(dtype)
+        np.rint(clipped, out=clipped)
     return np.asarray(clipped, dtype)
 
 
