@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import asdict, replace
+from importlib import import_module
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
@@ -31,6 +33,7 @@ from relit.cli.terminal import (
 )
 from relit.errors import ImageError
 from relit.photo.reading import read_image
+from relit.photo.writing import check_destination, write_image
 from relit.runtime.timing import Stopwatch
 from relit.settings.options import TransferOptions
 from relit.settings_file import Settings, read_settings
@@ -110,16 +113,16 @@ def transfer(
     if all_faces and (ours.face_is_given or stages or sheet):
         raise click.UsageError("--all-faces goes with no --face, --target-landmarks, --stages or --sheet.")
 
-    from relit.figures import STAGES, comparison_sheet
-    from relit.photo.writing import check_destination, write_image
-
     folder = None
     if stages is not None:
+        from relit.figures import STAGES
+
         folder = PictureFolder(stages, [f"{name}.png" for name in (*STAGES, "sheet")], force, output)
     if sheet is not None:
         check_streams(sheet, as_json)
         check_destination(sheet, overwrite=force)
     watch = Stopwatch()
+    _load()
     with progress("Reading the photos"), watch("read"):
         # One by one: a file that never ends can be interrupted here, but not in a thread.
         photo, *others = [read_photo(source.path) for source in (ours, *theirs)]
@@ -148,6 +151,8 @@ def transfer(
         pictures = _stage_files(result) if folder else {}
         write_image(output, result.image, like=photo, overwrite=force)
         if sheet is not None:
+            from relit.figures import comparison_sheet
+
             write_image(sheet, comparison_sheet(result), overwrite=force)
         written = folder.save(pictures) if folder else []
     if timings:
@@ -169,6 +174,13 @@ def transfer(
         seconds=watch.seconds,
         options=asdict(settings),
     )
+
+
+def _load() -> None:
+    """Import what relights in a thread, while photos are decoded, which leaves Python's lock to others."""
+    import relit.face.detect  # noqa: F401 (what this thread needs meanwhile, so that neither waits in a circle)
+
+    threading.Thread(target=import_module, args=("relit.relighting",)).start()
 
 
 def _sources(
