@@ -15,18 +15,21 @@ References
 
 from __future__ import annotations
 
+import os
 import threading
+from contextlib import contextmanager
 from functools import cache
 from importlib import resources
+from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+import cv2
 import numpy as np
 from PIL import Image
-from scipy.ndimage import affine_transform
 from scipy.special import expit
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -118,12 +121,11 @@ def decode_boxes(
     scores : (n,) array
         The best probability of each.
     """
-    boxes = regressors.reshape(-1, 8, 2).astype(np.float64) / _BOX_SIDE
-    boxes[:, [0, 2, 3, 4, 5, 6, 7]] += anchors()[:, None]
     chance = expit(scores.ravel().astype(np.float64))
     order = np.argsort(-chance, kind="stable")
     order = order[chance[order] >= least_score]
-    boxes, chance = boxes[order], chance[order]
+    boxes, chance = regressors.reshape(-1, 8, 2)[order].astype(np.float64) / _BOX_SIDE, chance[order]
+    boxes[:, [0, 2, 3, 4, 5, 6, 7]] += anchors()[order, None]
     merged, best = [], []
     while len(boxes):
         same = overlap(boxes[0], boxes) > _LEAST_OVERLAP
@@ -167,19 +169,26 @@ def take_crop(
     limits = np.array(photo.size)
     low = np.clip(np.floor(corners.min(axis=0)).astype(int) - factor, 0, limits - 1)
     high = np.clip(np.ceil(corners.max(axis=0)).astype(int) + factor + 1, low + 1, limits)
-    part = np.asarray(photo.reduce(factor, box=(*low.tolist(), *high.tolist())), np.float32) / 255
+    part = np.asarray(photo.reduce(factor, box=(*low.tolist(), *high.tolist())), np.float32)
     # Pixel (0, 0) of the part has its centre here, in px of the photo.
     origin = low + (factor - 1) / 2
     first = (square.to_photo(np.array([[0.5, 0.5]]) / size)[0] - origin) / factor
-    turn = square.turn * step / factor  # (row, column) of the crop to (row, column) of the part
-    planes = [
-        affine_transform(plane, turn, first[::-1], (size, size), output=np.float32, order=1, mode=outside)
-        for plane in np.moveaxis(part, 2, 0)
-    ]
-    return np.stack(planes, axis=-1)
+    turn = square.turn.T * step / factor  # (x, y) of the crop to (x, y) of the part
+    how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    crop = cv2.warpAffine(
+        part, np.column_stack([turn, first]), (size, size), flags=how, borderMode=cv2.BORDER_REPLICATE
+    )
+    if outside == "constant":
+        axis = np.arange(size)
+        for rows, offset, last in zip(turn, first, np.array(part.shape[1::-1]) - 1, strict=True):
+            place = rows[0] * axis + (rows[1] * axis + offset)[:, None]
+            crop[(place < 0) | (place > last)] = 0
+    return np.asarray(crop / np.float32(255), np.float32)
 
 
 _local = threading.local()
+_loading = threading.Lock()
+_ANNOUNCEMENT = b"INFO: Created TensorFlow Lite XNNPACK delegate for CPU."
 
 
 def _run(model: str, crop: NDArray[np.float32]) -> list[NDArray[np.float32]]:
@@ -193,14 +202,31 @@ def _run(model: str, crop: NDArray[np.float32]) -> list[NDArray[np.float32]]:
 
 
 def _load(model: str) -> Any:
-    from ai_edge_litert.interpreter import Interpreter, OpResolverType
+    from ai_edge_litert.interpreter import Interpreter
 
     content = resources.files("relit.face").joinpath("models", model).read_bytes()
-    # One thread, for the same bits everywhere; no default delegate, which announces itself on stderr.
-    interpreter = Interpreter(
-        model_content=content,
-        num_threads=1,
-        experimental_op_resolver_type=OpResolverType.BUILTIN_WITHOUT_DEFAULT_DELEGATES,
-    )
-    interpreter.allocate_tensors()
+    with _loading, _unannounced():
+        # One thread, for the same bits everywhere.
+        interpreter = Interpreter(model_content=content, num_threads=1)
+        interpreter.allocate_tensors()
     return interpreter
+
+
+@contextmanager
+def _unannounced() -> Iterator[None]:
+    """Keep from stderr that XNNPACK is at work; what other threads write there meanwhile comes after."""
+    try:
+        stderr = os.dup(2)
+    except OSError:  # closed, as of a service
+        yield
+        return
+    with TemporaryFile() as meanwhile:
+        os.dup2(meanwhile.fileno(), 2)
+        try:
+            yield
+        finally:
+            os.dup2(stderr, 2)
+            os.close(stderr)
+            meanwhile.seek(0)
+            lines = meanwhile.read().splitlines(keepends=True)
+            os.write(2, b"".join(line for line in lines if line.strip() != _ANNOUNCEMENT))

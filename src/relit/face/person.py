@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
 from PIL import Image
 
 from relit.face.face_models import Square, see_person
-from relit.photo.pixels import to_unit
+from relit.photo.pixels import from_unit, to_unit
 from relit.runtime.memo import remembered
 
 if TYPE_CHECKING:
@@ -40,10 +41,12 @@ def person(view: View) -> NDArray[np.float32]:
     >>> likely.shape, bool(likely[100, 230] > 0.9), bool(likely[20, 20] < 0.1)
     ((512, 512), True, True)
     """
-    photo = Image.fromarray(np.rint(255 * to_unit(view.pixels)).astype(np.uint8)).convert("RGB")
+    pixels = view.pixels
+    photo = Image.fromarray(pixels if pixels.dtype == np.uint8 else from_unit(to_unit(pixels), np.uint8))
+    photo = photo.convert("RGB")
     near, wide = (_seen(photo, _square_round(view, *where)) for where in (_NEAR, _WIDE))
-    trust = near[..., 1:]
-    return np.asarray(trust * near + (1 - trust) * wide, np.float32)[..., 0]
+    likely, trust = cv2.split(near)
+    return np.asarray(trust * likely + (1 - trust) * wide[..., 0], np.float32)
 
 
 def _seen(photo: Image.Image, square: Square) -> NDArray[np.float32]:
@@ -51,21 +54,14 @@ def _seen(photo: Image.Image, square: Square) -> NDArray[np.float32]:
     likely = see_person(photo, square)
     pad = len(likely) // 4  # a view may reach beyond the square
     step = square.side / len(likely)
-    # From (x, y) of the view to those of what was seen, both from the corners of pixels.
+    # From (x, y) of the view to those of what was seen.
     turn = square.turn / step
-    first = len(likely) / 2 + pad - turn @ (square.x + 0.5, square.y + 0.5)
-    rows = (*turn[0], first[0], *turn[1], first[1])
+    first = (len(likely) - 1) / 2 + pad - turn @ (square.x, square.y)
     away = np.minimum(np.arange(len(likely)), np.arange(len(likely))[::-1]) / (_RIM * len(likely))
     inside = np.clip(np.minimum(away, away[:, None]), 0, 1).astype(np.float32)
-    planes = [
-        np.asarray(
-            Image.fromarray(plane).transform(
-                photo.size, Image.Transform.AFFINE, rows, Image.Resampling.BILINEAR
-            )
-        )
-        for plane in (np.pad(likely, pad, mode="edge"), np.pad(inside, pad))
-    ]
-    return np.stack(planes, axis=-1)
+    planes = cv2.merge([np.pad(likely, pad, mode="edge"), np.pad(inside, pad)])
+    how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    return np.asarray(cv2.warpAffine(planes, np.column_stack([turn, first]), photo.size, flags=how))
 
 
 def _square_round(view: View, side: float, below: float) -> Square:
