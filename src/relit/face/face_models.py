@@ -34,7 +34,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _LEAST_OVERLAP = 0.3  # intersection over union, above which two boxes of one look are one face
-_BOX_SIDE, _MESH_SIDE, _PERSON_SIDE = 128, 256, 256
+_BOX_SIDE, _MESH_SIDE = 128, 256
+
+#: Px that the segmentation sees, and tells of.
+PERSON_SIDE = 256
 
 
 class Square(NamedTuple):
@@ -95,7 +98,7 @@ def see_mesh(
 
 def see_person(photo: Image.Image, square: Square) -> NDArray[np.float32]:
     """Return how likely each of 256 by 256 px of a square of an RGB photo is of a person, in [0, 1]."""
-    (likely,) = _run("selfie_segmentation.tflite", take_crop(photo, square, _PERSON_SIDE, "nearest"))
+    (likely,) = _run("selfie_segmentation.tflite", take_crop(photo, square, PERSON_SIDE, "nearest"))
     return likely[0, :, :, 0]
 
 

@@ -6,13 +6,14 @@ and chest. It sees persons, not which.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from PIL import Image
 
-from relit.face.face_models import Square, see_person
+from relit.face.face_models import PERSON_SIDE, Square, see_person
 from relit.photo.pixels import from_unit, to_unit
 from relit.runtime.memo import remembered
 
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 # wide one was chosen by eye: it holds the shoulders of portraits.
 _NEAR, _WIDE = (5.5, 0.3), (9.0, 1.5)
 _RIM = 0.1  # of a square, over which the near one goes over into the wide one
+_PAD = PERSON_SIDE // 4  # px of what was seen, since a view may reach beyond the square
 
 
 @remembered
@@ -44,24 +46,29 @@ def person(view: View) -> NDArray[np.float32]:
     pixels = view.pixels
     photo = Image.fromarray(pixels if pixels.dtype == np.uint8 else from_unit(to_unit(pixels), np.uint8))
     photo = photo.convert("RGB")
-    near, wide = (_seen(photo, _square_round(view, *where)) for where in (_NEAR, _WIDE))
-    likely, trust = cv2.split(near)
-    return np.asarray(trust * likely + (1 - trust) * wide[..., 0], np.float32)
+    near, wide = (_square_round(view, *where) for where in (_NEAR, _WIDE))
+    likely = [
+        _laid_back(np.pad(see_person(photo, square), _PAD, mode="edge"), square, photo.size)
+        for square in (near, wide)
+    ]
+    trust = _laid_back(np.pad(_inside(), _PAD), near, photo.size)
+    return np.asarray(trust * likely[0] + (1 - trust) * likely[1], np.float32)
 
 
-def _seen(photo: Image.Image, square: Square) -> NDArray[np.float32]:
-    """Return how likely each pixel is a person's, and if it is in the square, less at its rim: (h, w, 2)."""
-    likely = see_person(photo, square)
-    pad = len(likely) // 4  # a view may reach beyond the square
-    step = square.side / len(likely)
-    # From (x, y) of the view to those of what was seen.
-    turn = square.turn / step
-    first = (len(likely) - 1) / 2 + pad - turn @ (square.x, square.y)
-    away = np.minimum(np.arange(len(likely)), np.arange(len(likely))[::-1]) / (_RIM * len(likely))
-    inside = np.clip(np.minimum(away, away[:, None]), 0, 1).astype(np.float32)
-    planes = cv2.merge([np.pad(likely, pad, mode="edge"), np.pad(inside, pad)])
+@cache
+def _inside() -> NDArray[np.float32]:
+    """Return how far each pixel of a square is in it, less at its rim, in [0, 1]."""
+    away = np.minimum(np.arange(PERSON_SIDE), np.arange(PERSON_SIDE)[::-1]) / (_RIM * PERSON_SIDE)
+    return np.clip(np.minimum(away, away[:, None]), 0, 1).astype(np.float32)
+
+
+def _laid_back(seen: NDArray[np.float32], square: Square, size: tuple[int, int]) -> NDArray[np.float32]:
+    """Return what was made of a square, and padded, at each pixel of the photo; 0 beyond it."""
+    turn = square.turn * PERSON_SIDE / square.side  # (x, y) of the photo to those of what was seen
+    first = (len(seen) - 1) / 2 - turn @ (square.x, square.y)
     how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    return np.asarray(cv2.warpAffine(planes, np.column_stack([turn, first]), photo.size, flags=how))
+    # One plane at a time: of two at once, OpenCV rounds the places to 1/32 px.
+    return np.asarray(cv2.warpAffine(seen, np.column_stack([turn, first]), size, flags=how))
 
 
 def _square_round(view: View, side: float, below: float) -> Square:
