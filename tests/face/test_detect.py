@@ -161,6 +161,14 @@ def test_crop_beyond_the_photo():
     assert padded.sum() == 400
 
 
+@pytest.mark.parametrize("quarters", [1, 2, 3])
+def test_turned_crop_is_the_crop_turned(quarters):
+    """On this, looking for boxes in quarter turns of one crop leans."""
+    photo, square = Image.fromarray(astronaut()[:300]), Square(255.5, 149.5, 512)
+    turned = take_crop(photo, square._replace(angle=quarters * np.pi / 2), 96, "constant")
+    assert turned == pytest.approx(np.rot90(take_crop(photo, square, 96, "constant"), quarters), abs=1e-5)
+
+
 @pytest.fixture(scope="module")
 def two_photos():
     """The astronaut's head twice, at 1.5 times the size on the right."""

@@ -127,9 +127,10 @@ def _views(photo: Image.Image) -> Iterator[list[Square]]:
     """Yield lists of squares that may hold a face, the most promising first."""
     width, height = photo.size
     middle, longest = ((width - 1) / 2, (height - 1) / 2), max(width, height)
-    upright = [(Square(*middle, side), _LEAST_SCORE) for side in (longest, _MARGIN * longest)]
-    turns = [Square(*middle, longest, quarters * np.pi / 2) for quarters in (1, 2, 3)]
-    yield _boxes(photo, upright + [(turn, _LEAST_SCORE_ELSEWHERE) for turn in turns])
+    turns = (_LEAST_SCORE, *[_LEAST_SCORE_ELSEWHERE] * 3)
+    yield _boxes(
+        photo, [(Square(*middle, longest), turns), (Square(*middle, _MARGIN * longest), (_LEAST_SCORE,))]
+    )
     # As if a face filled the photo.
     yield [Square(*middle, _AROUND * min(width, height))]
     for parts in (2, 4):
@@ -139,15 +140,18 @@ def _views(photo: Image.Image) -> Iterator[list[Square]]:
             np.linspace(side / 2, max(size - side / 2, side / 2), max(int(np.ceil(2 * size / side)) - 1, 1))
             for size in (width, height)
         )
-        yield _boxes(photo, [(Square(x, y, side), _LEAST_SCORE_ELSEWHERE) for y in down for x in across])
+        yield _boxes(photo, [(Square(x, y, side), (_LEAST_SCORE_ELSEWHERE,)) for y in down for x in across])
 
 
-def _boxes(photo: Image.Image, views: list[tuple[Square, float]]) -> list[Square]:
-    """Return the squares round the faces that the detector sees in the views, each with its least score."""
+def _boxes(photo: Image.Image, views: list[tuple[Square, tuple[float, ...]]]) -> list[Square]:
+    """Return the squares round the faces that the detector sees in the views.
+
+    Each view comes with the least score upright, and in as many quarter turns more as are to be tried.
+    """
     seen: list[tuple[float, Square, Square]] = []
-    for view, least_score in views:
-        for look in see_boxes(photo, view, _GAMMAS, least_score):
-            for box, score in zip(*look, strict=True):
+    for whole, least_scores in views:
+        for view, boxes, scores in see_boxes(photo, whole, _GAMMAS, least_scores):
+            for box, score in zip(boxes, scores.tolist(), strict=True):
                 (x, y), right, left = (view.to_photo(point[None])[0] for point in (box[0], box[2], box[3]))
                 square = Square(x, y, _AROUND * view.side * float(box[1].max()), _angle(right, left))
                 seen.append((score, square, square))

@@ -65,18 +65,20 @@ class Square(NamedTuple):
 
 
 def see_boxes(
-    photo: Image.Image, view: Square, gammas: Sequence[float], least_score: float
-) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
-    """Run the detector on a view of an RGB photo, black beyond it; return what `decode_boxes` does.
+    photo: Image.Image, view: Square, gammas: Sequence[float], least_scores: Sequence[float]
+) -> Iterator[tuple[Square, NDArray[np.float64], NDArray[np.float64]]]:
+    """Run the detector on a view of an RGB photo, black beyond it; yield what `decode_boxes` returns.
 
-    Once for each gamma, to whose power the values in [0, 1] are taken before: below 1 brightens.
+    Once for each least score, the view turned by a quarter more every time, and it is yielded as well; and
+    once for each gamma, to whose power the values in [0, 1] are taken before: below 1 brightens.
     """
     crop = take_crop(photo, view, _BOX_SIDE, "constant")
-    seen = []
-    for gamma in gammas:
-        regressors, scores = _run("face_detector.tflite", 2 * crop**gamma - 1)
-        seen.append(decode_boxes(regressors, scores, least_score))
-    return seen
+    crops = [2 * crop**gamma - 1 for gamma in gammas]
+    for quarters, least_score in enumerate(least_scores):
+        turned = view._replace(angle=view.angle + quarters * np.pi / 2)
+        for values in crops:
+            regressors, scores = _run("face_detector.tflite", np.rot90(values, quarters))
+            yield turned, *decode_boxes(regressors, scores, least_score)
 
 
 def see_mesh(
