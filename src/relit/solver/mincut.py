@@ -10,7 +10,7 @@ there is to do. Three steps:
 
 When no excess reaches a deficit the flow is maximal, and what is reached is the smallest source side of all
 minimum cuts, whatever the flow: the only one that does not depend on the order of the steps. So bands of rows
-are worked on first, each for itself and at the same time, and then joined.
+are worked on first, each for itself, in the cache and at the same time, and then joined.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 def cut(graph: Graph, bands: Sequence[tuple[int, int]], run: Run) -> Events:
     """Send a maximum flow; leave the smallest source side of the minimum cuts in ``graph.reached``.
 
-    The bands cover the image, from top to bottom; `run` works on them at once.
+    The bands cover the image, from top to bottom; `run` works on some at once.
     """
     whole = bands[0][0], bands[-1][1]
 
