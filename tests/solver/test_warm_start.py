@@ -8,7 +8,8 @@ from relit.runtime.threads import pool, split
 from relit.solver.certificate import certify
 from relit.solver.exact import tv_l1
 from relit.solver.neighborhoods import UNIT, Grid, paired
-from relit.solver.warm_start import nearly_maximal_flow
+from relit.solver.primal_dual_iteration import SaddlePoint
+from relit.solver.warm_start import _doubled, nearly_maximal_flow
 
 
 def flow_of(f, lam, neighborhood, bands=1):
@@ -54,3 +55,35 @@ def test_bands_do_not_change_a_bit(neighborhood):
     whole = flow_of(f, 0.3, neighborhood)
     for bands in (2, 5):
         np.testing.assert_array_equal(flow_of(f, 0.3, neighborhood, bands), whole)
+
+
+@pytest.mark.parametrize("step", [(0, 0), (0, 1), (1, 0), (1, -1), (2, 1), (1, -2)])
+@pytest.mark.parametrize("shape", [(24, 32), (23, 31)])
+def test_what_is_linear_doubles_to_itself(step, shape):
+    """A pixel of the half size lies amid four, and what belongs to a step, halfway along it."""
+
+    def plane(y, x):
+        return 3 * y - 2 * x + 5
+
+    dy, dx = step
+    y, x = np.mgrid[: (shape[0] + 1) // 2, : (shape[1] + 1) // 2]
+    coarse = plane(2 * y + 0.5 + dy, 2 * x + 0.5 + dx).astype(np.float32)
+    y, x = np.mgrid[: shape[0], : shape[1]]
+    fine = plane(y + dy / 2, x + dx / 2)
+    inside = slice(3, -3), slice(3, -3)
+    np.testing.assert_allclose(_doubled(coarse, shape, step)[inside], fine[inside], atol=1e-4)
+
+
+def test_iterations_that_begin_anywhere_end_at_one_saddle_point():
+    """What the iterations begin at must not last: u of TV + λ|u - f| is unique where f is 0, and is 0."""
+    f = np.zeros((40, 40), np.float32)
+    random = np.random.default_rng(0)
+    u, p = random.random((40, 40), np.float32), np.zeros((2, 40, 40), np.float32)
+    with pool(1) as run:
+        iteration = SaddlePoint(
+            f, 0.5, [(0, 1), (1, 0)], [1, 1], ratio=0.05, rows=[(0, 20), (20, 40)], run=run
+        )
+        iteration.start(u, p)
+        np.testing.assert_array_equal(iteration.u, u)
+        iteration.advance(400)
+    assert np.abs(iteration.u).max() < 1e-3

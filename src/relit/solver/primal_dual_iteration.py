@@ -106,6 +106,15 @@ class SaddlePoint:
         spans = [(max(first - halo, 0), min(last + halo, len(f))) for first, last in rows]
         self._bands = [_Band.of(f, *span, self._steps) for span in spans]
 
+    def start(self, u: Floats, p: Floats) -> None:
+        """Begin at some u, (H, W), and p, (D/2, H, W), which is 0 where a step leaves the image."""
+        for band in self._bands:
+            span = band.first, band.last
+            band.rows(band.u, *span)[:, :-1] = u[slice(*span)]
+            ahead = band.rows(band.ahead, *span)
+            ahead[:, :-1], ahead[:, -1] = u[slice(*span)], u[slice(*span), -1]
+            band.rows(band.p, *span)[..., :-1] = p[:, slice(*span)]
+
     def advance(self, iterations: int) -> None:
         """Take some iterations."""
         for done in range(0, iterations, _BATCH):
