@@ -191,8 +191,8 @@ def _pairs(place: Plane) -> tuple[Plane, Plane, Plane]:
     last = square * t * np.float32(1 / 6)
     second = np.float32(2 / 3) - square + 3 * last
     share: Plane = np.float32(1 / 6) + (t + square) / 2 - 2 * last  # of the third and the last
-    before: Plane = whole - 1 + second / (1 - share)
-    after: Plane = whole + 1 + last / share
+    before: Plane = np.asarray(whole - 1 + second / (1 - share))
+    after: Plane = np.asarray(whole + 1 + last / share)
     return before, after, share
 
 
