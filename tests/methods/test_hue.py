@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from relit.face.regions import FaceRegions
-from relit.methods.hue import hue_change
+from relit.methods.hue import hue_change, without_noise
 from relit.photo.color import LUMA_WEIGHTS
 from relit.photo.profile import decode_srgb, encode_srgb
 
@@ -39,7 +39,9 @@ def patched(ball):
 
 def left_of_the_patch(scene, own, patch):
     """Return what is left of a patch under white light, as a share."""
-    hue, cast = hue_change(scene, np.zeros_like(own), own, noise=0.0)
+    hue, cast = hue_change(
+        scene, without_noise(decoded(scene), scene.face.interocular_distance), np.zeros_like(own), own, 0.0
+    )
     found = np.log(decoded(scene) / (decoded(scene) @ LUMA_WEIGHTS)[..., None]) + hue + cast
     middle = (patch > 0.9 * patch.max()) & (scene.skin > 0)
     rim = (patch < 0.1 * patch.max()) & (scene.skin > 0)
@@ -48,7 +50,6 @@ def left_of_the_patch(scene, own, patch):
 
 
 def decoded(scene):
-
     return decode_srgb(scene.target)
 
 
@@ -66,6 +67,6 @@ def test_the_less_an_own_light_is_coloured_the_more_is_the_persons(patched):
 
 
 def test_grey_light_has_no_hue():
-    hue, cast = hue_change(SimpleNamespace(), None, None, 0.1)
+    hue, cast = hue_change(SimpleNamespace(), np.zeros((2, 2), np.float32), None, None, 0.1)
     assert hue is None
     assert not cast.any()

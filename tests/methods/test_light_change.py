@@ -11,6 +11,7 @@ from hypothesis.extra.numpy import arrays
 from relit.compose.adjust import anchored
 from relit.light.dome import DOME, Lamps
 from relit.methods.light_change import LightChange
+from relit.methods.lit_face import linear
 from relit.settings.options import TransferOptions
 
 RNG = np.random.default_rng(0)
@@ -37,7 +38,7 @@ def change(target=None, encoded=True, **given):
         "theirs": 0.2,
     } | given
     return LightChange(
-        target=target,
+        light=linear(target, encoded),
         encoded=encoded,
         face=FACE,
         known=np.ones(SHAPE, np.float32),
@@ -62,7 +63,7 @@ def brightest(light):
 def test_kept_exposure_keeps_the_brightest_channel(encoded, cast):
     made = change(encoded=encoded)
     relit = made.anchored(0.0, cast).planes
-    before, after = (brightest(light_of(made, planes)) for planes in (made.target, relit))
+    before, after = brightest(made.light), brightest(light_of(made, relit))
     assert after == pytest.approx(before, rel=1e-4)
 
 
@@ -70,8 +71,8 @@ def test_grey_is_kept_and_stays_grey():
     made = change(RNG.uniform(0.1, 0.9, SHAPE).astype(np.float32), encoded=False)
     relit = made.anchored(0.0, None).planes
     assert relit.shape == SHAPE
-    assert brightest(relit) == pytest.approx(brightest(made.target), rel=1e-4)
-    ratio = np.log(relit / made.target) - made.brightness
+    assert brightest(relit) == pytest.approx(brightest(made.light), rel=1e-4)
+    ratio = np.log(relit / made.light) - made.brightness
     np.testing.assert_allclose(ratio, ratio[0, 0], atol=1e-4)
 
 
@@ -88,9 +89,9 @@ def test_neutral_light_leaves_every_hue():
     made = change()
     options = TransferOptions(tint="neutral")
     relit = anchored(made, options).planes
-    shares = [light / light.sum(axis=2, keepdims=True) for light in map(decoded, (made.target, relit))]
+    shares = [light / light.sum(axis=2, keepdims=True) for light in (made.light, decoded(relit))]
     np.testing.assert_allclose(*shares, atol=1e-4)
-    ratio = np.log(decoded(relit).sum(axis=2) / decoded(made.target).sum(axis=2)) - made.brightness
+    ratio = np.log(decoded(relit).sum(axis=2) / made.light.sum(axis=2)) - made.brightness
     np.testing.assert_allclose(ratio, ratio[0, 0], atol=1e-3)
 
 

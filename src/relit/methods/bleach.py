@@ -20,7 +20,6 @@ import numpy as np
 from relit.photo.color import luma
 from relit.photo.curves import log, squared_length
 from relit.photo.filters import gaussian
-from relit.photo.resampling import blurred
 
 if TYPE_CHECKING:
     from typing import TypeAlias
@@ -30,7 +29,6 @@ if TYPE_CHECKING:
     Plane: TypeAlias = NDArray[np.float32]
 
 # What each of these is worth: docs/leaderboard.md, The constants.
-_GRAIN = 0.03  # interocular distances that hue is looked at over
 _USUAL = 0.1  # t that a skin may have by itself
 _BESIDE = 0.3  # of h: what is so far beside the line from it to white counts half
 _OF_BURNT = 0.5  # how much of what is burnt in is undone: skin in a shadow is redder by itself
@@ -69,14 +67,14 @@ class Bleach(NamedTuple):
 
 
 def bleach_of(
-    light: Plane, own_hue: Plane | None, skin: Plane, inside: NDArray[np.bool_], iod: float
+    smooth: Plane, own_hue: Plane | None, skin: Plane, inside: NDArray[np.bool_], iod: float
 ) -> Bleach | None:
     """Find how far a face's skin is bleached.
 
     Parameters
     ----------
-    light : (H, W, 3) or (H, W) array
-        Linear.
+    smooth : (H, W, 3) or (H, W) array
+        Linear light, as of `hue.without_noise`.
     own_hue : (H, W, 3) array or None
         Of the light that falls on it, as log over its brightness.
     skin : (H, W) array
@@ -92,9 +90,9 @@ def bleach_of(
         None of a grey photo, and where no skin is seen, or it has no hue.
     """
     shown = skin > 0.5
-    if light.ndim == 2 or not shown.any():
+    if smooth.ndim == 2 or not shown.any():
         return None
-    smooth = np.maximum(blurred(light, _GRAIN * iod), _DARKEST)
+    smooth = np.maximum(smooth, np.float32(_DARKEST))
     brightness = luma(smooth)
     hue = log(smooth / brightness[..., None])
     if own_hue is not None:

@@ -34,13 +34,15 @@ _DARKEST = 1e-4  # linear light that counts as none
 
 
 def hue_change(
-    scene: Scene, new: Plane | None, old: Plane | None, noise: float
+    scene: Scene, smooth: Plane, new: Plane | None, old: Plane | None, noise: float
 ) -> tuple[Plane | None, NDArray[np.float64]]:
     """Return by how much more than the brightness each colour changes, and the mean of that.
 
     Parameters
     ----------
     scene : Scene
+    smooth : (H, W, 3) or (H, W) array
+        Linear light of the target, as of `without_noise`.
     new, old : (H, W, 3) array or None
         Hue of the new lamps and of the target's own, as log over the brightness; None of grey photos.
     noise : float
@@ -60,7 +62,7 @@ def hue_change(
     inside = scene.skin > 0.5 if np.any(scene.skin > 0.5) else scene.face.inside
     if old is None:  # a grey target takes on the reference's colours, light and skin alike
         return _colors_of(scene), none
-    change = new - old - _remains(scene, old, inside)
+    change = new - old - _remains(scene, smooth, old, inside)
     cast = change[inside].mean(axis=0).astype(np.float64)
     low, high = np.quantile(change[scene.face.skin_area], [1 - _NEARLY_ALL, _NEARLY_ALL], axis=0)
     change = np.clip(change, low, high).astype(np.float32) - cast.astype(np.float32)
@@ -78,11 +80,16 @@ def shrunk(variance: float, noise: float) -> float:
     return max(0.0, 1 - noise**2 / max(variance, 1e-12))
 
 
-def _remains(scene: Scene, old: Plane, inside: NDArray[np.bool_]) -> Plane:
+def without_noise(light: Plane, iod: float) -> Plane:
+    """Return light as its hue is looked at; `iod` is the interocular distance in px."""
+    return blurred(light, _GRAIN * iod)
+
+
+def _remains(scene: Scene, smooth: Plane, old: Plane, inside: NDArray[np.bool_]) -> Plane:
     """Return what the target's own light has of the hue that its lamps leave, (H, W, 3)."""
     iod, face = scene.face.interocular_distance, scene.face
     assert scene.skin is not None
-    left = _hue_of(blurred(linear(scene.target, scene.encoded), _GRAIN * iod)) - old
+    left = _hue_of(smooth) - old
     left = np.clip(left - np.median(left[inside], axis=0), -_MOST, _MOST)
     skin = np.asarray(scene.skin * face.inside, np.float32)[..., None]
     left = blurred(skin * left, _PATCH * iod) / np.maximum(blurred(skin, _PATCH * iod), 0.05)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from relit.methods.lit_face import BRIGHTEST, linear, shown
+from relit.methods.lit_face import BRIGHTEST, shown
 from relit.methods.scene import Relit
 from relit.photo.color import brightest
 from relit.photo.curves import exp
@@ -30,10 +30,10 @@ class LightChange:
 
     Attributes
     ----------
-    target : (H, W) or (H, W, 3) array
-        The planes that are relit, as they are in the photo.
+    light : (H, W) or (H, W, 3) array
+        The planes that are relit, as of `lit_face.linear`.
     encoded : bool
-        Whether they are light by the curve of sRGB.
+        Whether they are encoded in the photo, by the curve of sRGB.
     brightness : (H, W) array
         D, without a constant.
     hue : (H, W, 3) array or None
@@ -57,7 +57,7 @@ class LightChange:
         As of `Relit`.
     """
 
-    target: NDArray[Any]
+    light: Plane
     encoded: bool
     brightness: Plane
     hue: Plane | None
@@ -81,7 +81,7 @@ class LightChange:
         cast : float or None
             The same of its overall colour; with None, as much of it as is more than two skins differ by.
         """
-        light = np.atleast_3d(linear(self.target, self.encoded))
+        light = np.atleast_3d(self.light)
         made = light * exp(self.brightness)[..., None]
         if self.hue is not None:
             if cast is None:

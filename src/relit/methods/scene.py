@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from relit.ltv.decomposition import lam_in_px
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
+    from collections.abc import Callable, Iterator
 
     from relit.face.landmarks import Landmarks
     from relit.face.regions import FaceRegions
@@ -78,6 +79,29 @@ class Scene:
         """λ in px⁻¹; where it is so small that the light has no details at all, as large as that may be."""
         side: int = max(*self.target.shape, *self.reference.shape)
         return max(lam_in_px(self.lam, self.face.interocular_distance), 1 / (_BEYOND * side))
+
+
+class Layers(Mapping[str, NDArray[np.float32]]):
+    """Planes by name, which are made when one is first asked for."""
+
+    def __init__(self, make: Callable[[], Mapping[str, NDArray[np.float32]]]) -> None:
+        self._make = make
+
+    @cached_property
+    def _made(self) -> Mapping[str, NDArray[np.float32]]:
+        return self._make()
+
+    def __getitem__(self, name: str) -> NDArray[np.float32]:
+        """Return one."""
+        return self._made[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Return their names, one by one."""
+        return iter(self._made)
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self._made)
 
 
 class Relit(NamedTuple):

@@ -26,6 +26,7 @@ References
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,11 +36,12 @@ from relit.face.mirror import twins
 from relit.face.shape import head_shape
 from relit.light.lamps import rotated, softened, studio_lamps, turned
 from relit.methods.bleach import bleach_of
-from relit.methods.hue import hue_change, shrunk
+from relit.methods.hue import hue_change, shrunk, without_noise
 from relit.methods.known_shape import as_explained, known_shape, not_outshining
 from relit.methods.light_change import LightChange
 from relit.methods.lit_face import BRIGHTEST, LitFace, brightness_of, explain, linear, shown
 from relit.methods.residual import of_reference, of_target
+from relit.methods.scene import Layers
 from relit.methods.unlit import stand_in
 from relit.photo.curves import exp
 from relit.photo.resampling import blurred
@@ -95,22 +97,22 @@ def relight(scene: Scene) -> LightChange:
         if options.turn == 0:  # shadows and highlights that were found do not turn
             residual += (1 - options.softness) * sure * of_reference(reference, face.below_brows, finest, iod)
     photo = linear(scene.target, scene.encoded)
-    bright = brightness_of(photo)
+    bright, smooth = brightness_of(photo), without_noise(photo, iod)
     missing, reached = stand_in(bright, old, target, reference, face.features, twin, iod)
     change += reached * variance / (variance + _RESIDUAL_NOISE**2) * residual
     known = known_shape(face, shape.head)
     change = as_explained(change, known, scene, target, shape.head)
-    hue, cast = hue_change(scene, new_hue, old_hue, _HUE_NOISE * (2 - sure))
+    hue, cast = hue_change(scene, smooth, new_hue, old_hue, _HUE_NOISE * (2 - sure))
     planes = change[..., None] if hue is None else np.concatenate([change[..., None], hue], axis=2)
     planes = carried_on(_coarse_beyond(planes, shape, face, iod), known, iod)
     brightness = not_outshining(planes[..., 0] + missing, bright, scene, target)
     measured = target if reference is None else reference
     return LightChange(
-        target=scene.target,
+        light=photo,
         encoded=scene.encoded,
         brightness=brightness,
         hue=None if hue is None else planes[..., 1:],
-        bleach=bleach_of(photo, target.own_shading[1], target.weight, face.inside & ~face.features, iod),
+        bleach=bleach_of(smooth, target.own_shading[1], target.weight, face.inside & ~face.features, iod),
         cast=cast,
         face=face.interior,
         ours=_brightest(target, face.interior),
@@ -118,7 +120,7 @@ def relight(scene: Scene) -> LightChange:
         known=known,
         confidence=1.0 if reference is None else _confidence(reference, target),
         lamps=lamps,
-        layers=_layers(scene, (old, old_hue), (new, new_hue), reached),
+        layers=Layers(partial(_layers, scene, photo, (old, old_hue), (new, new_hue), reached)),
     )
 
 
@@ -147,10 +149,14 @@ def _explained(scene: Scene) -> tuple[FaceShape, LitFace, LitFace | None]:
 
 
 def _layers(
-    scene: Scene, old: tuple[Plane, Plane | None], new: tuple[Plane, Plane | None], reached: Plane
+    scene: Scene,
+    light: Plane,
+    old: tuple[Plane, Plane | None],
+    new: tuple[Plane, Plane | None],
+    reached: Plane,
 ) -> dict[str, Plane]:
     """Return both lights as they fall on the head, and the person, by whom the first makes the target."""
-    light, inside = linear(scene.target, scene.encoded), scene.face.interior
+    inside = scene.face.interior
     first, second = (exp(shade if hue is None else shade[..., None] + hue) for shade, hue in (old, new))
     person = light / (first if first.ndim == light.ndim else exp(old[0]))
     first *= np.median(person[inside], axis=0)
