@@ -30,6 +30,8 @@ _CASES = (
 
 def command(runs: int) -> Iterator[Row]:
     """Run ``relit transfer`` on JPEGs."""
+    # Installed, a package has its bytecode.
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for megapixels, words, target in _CASES:
@@ -47,7 +49,7 @@ def command(runs: int) -> Iterator[Row]:
                     *words.split(),
                 ]
                 start = time.perf_counter()
-                process = subprocess.Popen([sys.executable, "-c", _RELIT, *arguments])
+                process = subprocess.Popen([sys.executable, "-c", _RELIT, *arguments], env=environment)
                 _, status, usage = os.wait4(process.pid, 0)
                 seconds.append(time.perf_counter() - start)
                 peaks.append(usage.ru_maxrss / 1024)
