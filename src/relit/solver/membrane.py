@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -98,6 +99,7 @@ def _membrane(held: NDArray[np.float64], shape: tuple[int, int]) -> SuperLU:
     return splu((_stiffness(*shape) + diags_array(held)).tocsc(), permc_spec="MMD_AT_PLUS_A")
 
 
+@lru_cache(maxsize=4)
 def _stiffness(height: int, width: int) -> Any:
     """Return the matrix of ``Σ (x_i - x_j)²`` over neighbours i, j of a grid."""
     number = np.arange(height * width).reshape(height, width)
