@@ -32,6 +32,7 @@ from relit.methods.scene import Relit, Scene
 from relit.photo.foreign_images import opened
 from relit.results import Lighting, TransferResult
 from relit.runtime.memo import doing_once
+from relit.runtime.opencv import one_opencv_thread
 from relit.runtime.threads import meanwhile
 from relit.runtime.timing import Stopwatch
 from relit.settings.options import TransferOptions
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
 _LEAST = 1e-4  # brightness of 1 below which a relit plane is black
 
 
+@one_opencv_thread()
 @doing_once()
 def transfer(
     target: AnyImage,
