@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import os
 import platform
+from collections.abc import Callable, Iterable
 from dataclasses import asdict
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -17,21 +19,31 @@ from benchmarks.commands import command
 from benchmarks.rows import GROUPS as SOLVERS
 from benchmarks.rows import Row
 from benchmarks.studio import studio
+from benchmarks.transfers import batches, detection, pixels, rival, transfers
 
-GROUPS = (*SOLVERS, command, studio)
+GROUPS = (*SOLVERS, transfers, detection, pixels, batches, command, studio)
 
 
 @click.command(help=__doc__)
 @click.option("--runs", default=5, show_default=True, help="Runs of every case, of which the median counts.")
 @click.option("--only", multiple=True, type=click.Choice([group.__name__ for group in GROUPS]))
+@click.option(
+    "--rival",
+    "other",
+    metavar="COMMAND",
+    help="Another tool's, run in turn with ours: words in quotes, with {target}, {reference} and {output}.",
+)
 @click.option("-o", "--output", type=click.Path(file_okay=False, path_type=Path), default=Path("benchmark"))
-def main(runs: int, only: tuple[str, ...], output: Path) -> None:
+def main(runs: int, only: tuple[str, ...], other: str | None, output: Path) -> None:
     """Run the benchmarks."""
     console = Console()
     rows = []
-    for group in GROUPS:
-        if only and group.__name__ not in only:
-            continue
+    groups: list[Callable[[int], Iterable[Row]]] = [
+        group for group in GROUPS if not (only or other) or group.__name__ in only
+    ]
+    if other:
+        groups.append(partial(rival, command=other))
+    for group in groups:
         with console.status(group.__doc__ or ""):
             for row in group(runs):
                 rows.append(row)

@@ -15,16 +15,15 @@ import sys
 import tempfile
 import time
 from contextlib import contextmanager, suppress
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
 import psutil
-from PIL import Image
 
 import relit
+from benchmarks.faces import crops
 from relit.batch.jobs import Plan
 from relit.batch.journal import Journal
 from relit.batch.manifest import Manifest
@@ -81,8 +80,8 @@ def _costs(
     one: Engine[Any],
     two: Engine[Any],
 ) -> None:
-    _photos(folder / "t", "target.png", _TARGETS, size)
-    _photos(folder / "r", "reference.jpg", _REFERENCES, size)
+    _photos(folder / "t", "target", _TARGETS, size)
+    _photos(folder / "r", "reference", _REFERENCES, size)
     _manifest(folder, _TARGETS * _REFERENCES)
     lanes: dict[str, Callable[[Path], float]] = {
         "loop": lambda _: _call(bare, loop, (str(folder), method)),
@@ -172,8 +171,8 @@ def _peak() -> float:
 
 def _long_run(folder: Path, rows: int) -> None:
     """Watch the memory of the workers over many rows."""
-    _photos(folder / "t", "target.png", 100, 96)
-    _photos(folder / "r", "reference.jpg", rows // 100, 96)
+    _photos(folder / "t", "target", 100, 96)
+    _photos(folder / "r", "reference", rows // 100, 96)
     _manifest(folder, rows)
     start = time.perf_counter()
     command = ["batch", str(folder / "pairs.csv"), "-o", str(folder / "out"), "--jobs", "2"]
@@ -195,26 +194,11 @@ def _long_run(folder: Path, rows: int) -> None:
 
 
 def _photos(folder: Path, sample: str, count: int, size: int) -> None:
-    """Save crops of a sample photo, each a little elsewhere, with their landmarks."""
+    """Save crops of a sample photo, with their landmarks."""
     folder.mkdir(parents=True)
-    draw = np.random.default_rng(0)
-    with (files("relit.photo") / "sample_photos" / sample).open("rb") as file, Image.open(file) as opened:
-        photo = opened.convert("RGB")
-    found = relit.detect_landmarks(np.asarray(photo))
-    left, top = found.xy.min(axis=0)
-    right, bottom = found.xy.max(axis=0)
-    side = 1.5 * max(right - left, bottom - top)
-    for k in range(count):
-        x, y = (np.array([left + right, top + bottom]) - side) / 2 + draw.uniform(-0.06, 0.06, 2) * side
-        x, y = max(x, 0.0), max(y, 0.0)
-        box = (x, y, min(x + side, photo.width), min(y + side, photo.height))
-        crop = photo.resize((size, size), Image.Resampling.BICUBIC, box=box)
-        crop.save(folder / f"{k:04}.png")
-        scale = np.array([size / (box[2] - box[0]), size / (box[3] - box[1])])
-        points = found.points.copy()
-        points[:, :2] = (points[:, :2] + 0.5 - box[:2]) * scale - 0.5
-        points[:, 2] *= scale.mean()
-        write_landmarks(folder / f"{k:04}.json", relit.Landmarks(points, found.scheme))
+    for number, face in enumerate(crops(sample, count, size)):
+        relit.write_image(folder / f"{number:04}.png", face.pixels)
+        write_landmarks(folder / f"{number:04}.json", face.landmarks)
 
 
 def _manifest(folder: Path, rows: int) -> None:
