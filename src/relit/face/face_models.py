@@ -73,7 +73,7 @@ def see_boxes(
     once for each gamma, to whose power the values in [0, 1] are taken before: below 1 brightens.
     """
     crop = take_crop(photo, view, _BOX_SIDE, "constant")
-    crops = [2 * crop**gamma - 1 for gamma in gammas]
+    crops = [2 * _brightened(crop, gamma) - 1 for gamma in gammas]
     for quarters, least_score in enumerate(least_scores):
         turned = view._replace(angle=view.angle + quarters * np.pi / 2)
         for values in crops:
@@ -91,7 +91,7 @@ def see_mesh(
     crop = take_crop(photo, square, _MESH_SIDE, "nearest")
     seen = []
     for gamma in gammas:
-        points, presence, _ = _run("face_landmarks_detector.tflite", crop**gamma)
+        points, presence, _ = _run("face_landmarks_detector.tflite", _brightened(crop, gamma))
         unit = points.reshape(478, 3).astype(np.float64) / _MESH_SIDE
         placed = np.column_stack([square.to_photo(unit[:, :2]), unit[:, 2] * square.side])
         seen.append((placed, float(expit(np.float64(presence.item())))))
@@ -127,8 +127,8 @@ def decode_boxes(
         The best probability of each.
     """
     chance = expit(scores.ravel().astype(np.float64))
-    order = np.argsort(-chance, kind="stable")
-    order = order[chance[order] >= least_score]
+    likely = np.flatnonzero(chance >= least_score)
+    order = likely[np.argsort(-chance[likely], kind="stable")]
     boxes, chance = regressors.reshape(-1, 8, 2)[order].astype(np.float64) / _BOX_SIDE, chance[order]
     boxes[:, [0, 2, 3, 4, 5, 6, 7]] += anchors()[order, None]
     merged, best = [], []
@@ -189,6 +189,10 @@ def take_crop(
             place = rows[0] * axis + (rows[1] * axis + offset)[:, None]
             crop[(place < 0) | (place > last)] = 0
     return np.asarray(crop / np.float32(255), np.float32)
+
+
+def _brightened(crop: NDArray[np.float32], gamma: float) -> NDArray[np.float32]:
+    return np.asarray(cv2.pow(crop, gamma), np.float32)  # a fifth of the time of NumPy's power
 
 
 _local = threading.local()
