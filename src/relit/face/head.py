@@ -79,20 +79,25 @@ def seen_head(landmarks: Landmarks, shape: tuple[int, ...], of: Landmarks) -> Se
     """
     triangles = template_head().triangles
     surface = fitted(of)
-    raster, nearest = _raster_of(landmarks, shape[:2])
-    if not raster.covered.any():
+    raster, covered, nearest = _raster_of(landmarks, shape[:2])
+    if not covered.any():
         return None
-    spread = raster.spread(np.column_stack([vertex_normals(surface, triangles), surface[:, 2]]), triangles)
+    seen = raster.seen(np.column_stack([vertex_normals(surface, triangles), surface[:, 2]]), triangles)
     # Interpolated over a facet at the rim, or of another pose, they may look a little away.
-    spread[..., 2] = np.minimum(spread[..., 2], 0)
-    return SeenHead(spread[tuple(nearest)], raster.covered)
+    seen[:, 2] = np.minimum(seen[:, 2], 0)
+    return SeenHead(seen.take(nearest, axis=0), covered)
 
 
 @remembered
-def _raster_of(landmarks: Landmarks, shape: tuple[int, ...]) -> tuple[Raster, NDArray[np.int32]]:
-    """Return what is seen of a head, and the rows and columns of its nearest pixels, (2, H, W)."""
+def _raster_of(
+    landmarks: Landmarks, shape: tuple[int, ...]
+) -> tuple[Raster, NDArray[np.bool_], NDArray[np.intp]]:
+    """Return a head as it is drawn, where it is, and which of its pixels each one is nearest to."""
     raster = rasterize(fitted(landmarks), template_head().triangles, shape)
-    return raster, distance_transform_edt(~raster.covered, return_distances=False, return_indices=True)
+    covered = raster.covered
+    rows, columns = distance_transform_edt(~covered, return_distances=False, return_indices=True)
+    number = np.cumsum(covered).reshape(shape) - 1
+    return raster, covered, number[rows, columns]
 
 
 @remembered

@@ -34,11 +34,20 @@ class Raster(NamedTuple):
 
     def spread(self, values: NDArray[Any], triangles: NDArray[np.int32]) -> NDArray[np.float32]:
         """Return values that the mesh has at its vertices, (n, ...), at every pixel; 0 where it is not."""
-        covered = self.covered
-        corners, weights = triangles[self.triangle[covered]], self.weights[covered]
-        weights = weights.reshape(*weights.shape, *(1,) * (values.ndim - 1))
         made = np.zeros((*self.triangle.shape, *values.shape[1:]), np.float32)
-        made[covered] = sum(weights[:, k] * values.astype(np.float32)[corners[:, k]] for k in range(3))
+        made[self.covered] = self.seen(values, triangles)
+        return made
+
+    def seen(self, values: NDArray[Any], triangles: NDArray[np.int32]) -> NDArray[np.float32]:
+        """Return values that the mesh has at its vertices, (n, ...), at the k pixels where it is: (k, ...)."""
+        there = np.flatnonzero(self.covered)
+        corners = triangles.take(self.triangle.take(there), axis=0)
+        weights = self.weights.reshape(-1, 3).take(there, axis=0)
+        weights = weights.reshape(*weights.shape, *(1,) * (values.ndim - 1))
+        values = values.astype(np.float32)
+        made = weights[:, 0] * values.take(corners[:, 0], axis=0)
+        for corner in (1, 2):
+            made += weights[:, corner] * values.take(corners[:, corner], axis=0)
         return made
 
 

@@ -176,19 +176,18 @@ def fit_lamps(
     True
     """
     step = max(1, -(-len(basis) // _SAMPLES))
-    basis, brightness, weight = (
-        np.ascontiguousarray(one[::step], np.float32) for one in (basis, brightness, weight)
-    )
-    count = basis.shape[1]
+    does = np.ascontiguousarray(basis.T[:, ::step], np.float32)  # lamp by lamp
+    brightness, weight = (np.asarray(one[::step], np.float32) for one in (brightness, weight))
+    count = len(does)
     scale = max(float(np.quantile(brightness, 0.9)), 1e-9)
     wanted = brightness / scale
     lamps = None if prior is None else prior / scale
     with one_blas_thread():
         for _ in range(_ROUNDS if prior is None else _ROUNDS_FROM_PRIOR):
-            trust = weight if lamps is None else _trust(basis, lamps, wanted, weight)
-            half = basis * np.sqrt(trust)[:, None]
-            square = (half.T @ half).astype(np.float64) / len(wanted)
-            right = (basis.T @ (trust * wanted)).astype(np.float64) / len(wanted)
+            trust = weight if lamps is None else _trust(does, lamps, wanted, weight)
+            half = does * np.sqrt(trust)
+            square = (half @ half.T).astype(np.float64) / len(wanted)
+            right = (does @ (trust * wanted)).astype(np.float64) / len(wanted)
             mean = max(float(np.trace(square)) / count, 1e-12)
             if prior is None:
                 square += tied * mean * (np.eye(count) - 1 / count)
@@ -201,12 +200,12 @@ def fit_lamps(
 
 
 def _trust(
-    basis: NDArray[np.float32],
+    does: NDArray[np.float32],
     lamps: NDArray[np.float64],
     wanted: NDArray[np.float32],
     weight: NDArray[np.float32],
 ) -> NDArray[np.float32]:
     """Return how much each pixel counts, less where lamps leave it off."""
-    off = np.abs(basis @ lamps.astype(np.float32) - wanted)
+    off = np.abs(lamps.astype(np.float32) @ does - wanted)
     usual = _OUTLIER * _OF_MEDIAN * float(np.median(off[weight > 0])) if np.any(weight > 0) else 0.0
     return np.asarray(weight / np.maximum(1, off / max(usual, _LEAST)), np.float32)

@@ -162,7 +162,8 @@ def explain(planes: NDArray[Any], shape: FaceShape, weight: Plane, iod: float, *
     brightness = gaussian(brightness_of(light), _GRAIN * iod)
     counts = reduced(weight, surface.factor)
     skin = counts > 0.5 if np.any(counts > 0.5) else np.ones(counts.shape, bool)
-    basis, counts = surface.under_dome[:, skin].T, counts[skin]
+    under_dome = surface.under_dome.reshape(len(DOME), -1)
+    basis, counts = under_dome.take(np.flatnonzero(skin), axis=1).T, counts[skin]
     weights = fit_lamps(basis, reduced(brightness, surface.factor)[skin], counts)
     colors = None
     if light.ndim == 3:
