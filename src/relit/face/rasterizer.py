@@ -39,13 +39,13 @@ class Raster(NamedTuple):
         return made
 
     def seen(self, values: NDArray[Any], triangles: NDArray[np.int32]) -> NDArray[np.float32]:
-        """Return values that the mesh has at its vertices, (n, ...), at the k pixels where it is: (k, ...)."""
+        """Return values that the mesh has at its vertices, (n, ...), at the k pixels where it is."""
         there = np.flatnonzero(self.covered)
         corners = triangles.take(self.triangle.take(there), axis=0)
         weights = self.weights.reshape(-1, 3).take(there, axis=0)
         weights = weights.reshape(*weights.shape, *(1,) * (values.ndim - 1))
         values = values.astype(np.float32)
-        made = weights[:, 0] * values.take(corners[:, 0], axis=0)
+        made: NDArray[np.float32] = weights[:, 0] * values.take(corners[:, 0], axis=0)
         for corner in (1, 2):
             made += weights[:, corner] * values.take(corners[:, corner], axis=0)
         return made

@@ -65,10 +65,10 @@ def horizons(depth: NDArray[np.floating], solid: NDArray[np.bool_], iod: float) 
     steps = np.geomspace(_NEAREST, _FARTHEST, _STEPS) * iod
     places = np.stack([np.outer(np.sin(ways), steps), np.outer(np.cos(ways), steps)], axis=-1)
     for slope, way in zip(planes, (reach + np.rint(places).astype(int)).tolist(), strict=True):
-        for (y, x), nearness in zip(way, (1 / steps).astype(np.float32), strict=True):
-            np.subtract(surface, blocker[y : y + height, x : x + width], out=rise)
-            rise *= nearness
-            np.maximum(slope, rise, out=slope)
+        for (y, x), nearness in zip(way, (1 / steps).tolist(), strict=True):
+            there = blocker[y : y + height, x : x + width]
+            cv2.addWeighted(surface, nearness, there, -nearness, 0, rise)
+            cv2.max(slope, rise, slope)
         slope[:] = gaussian(np.arctan(slope), _BLUR * iod)
     return planes
 
