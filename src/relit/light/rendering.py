@@ -52,21 +52,25 @@ def _visible(shape: FaceShape, light: StudioLight, iod: float) -> NDArray[np.flo
     iod = iod / factor
     depth = reduced(shape.depth, factor).astype(np.float64) / factor
     inside = reduced(shape.inside.astype(np.float32), factor) > 0.5
-    height, width = depth.shape
+    seen = np.ones(depth.shape)
+    rows, columns = (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
+    box = tuple(slice(line[0], line[-1] + 1) if len(line) else slice(0) for line in (rows, columns))
+    surface = depth[box] - _ROUGH * iod
+    height, width = surface.shape
     reach = int(np.ceil(_FARTHEST * iod)) + 1
     # What is beyond the face is not known to block anything.
-    blockers = np.pad(np.where(inside, depth, np.inf), reach, constant_values=np.inf)
-    surface = depth - _ROUGH * iod
-    share = np.zeros(depth.shape)
+    blockers = np.pad(np.where(inside, depth, np.inf)[box], reach, constant_values=np.inf)
+    share = np.zeros(surface.shape)
     rays = _rays(_direction(light))
     for ray in rays:
-        free = np.ones(depth.shape, bool)
+        free = np.ones(surface.shape, bool)
         for step in (np.linspace(0.03, _FARTHEST, _STEPS) * iod).tolist():
             x, y, rise = (step * ray).tolist()
             row, column = reach + math.floor(y + 0.5), reach + math.floor(x + 0.5)
             free &= blockers[row : row + height, column : column + width] >= surface + rise
         share += free / len(rays)
-    soft = gaussian(np.where(inside, share, 1), _PENUMBRA * iod)
+    seen[box][inside[box]] = share[inside[box]]
+    soft = gaussian(seen, _PENUMBRA * iod)
     return Enlarger(soft, factor, shape.inside.shape).rows(0, shape.inside.shape[0])
 
 
