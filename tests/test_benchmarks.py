@@ -1,11 +1,17 @@
 """The benchmark's own tools: peers that solve the same problem, and honest sums."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
+import relit
 from benchmarks import images
+from benchmarks.faces import crops, pair
 from benchmarks.measure import Timing, exponent, side_by_side
 from benchmarks.peers import PyMaxflowDyadic, energy
+from benchmarks.transfers import rival
 from relit.solver.certificate import certify
 from relit.solver.exact import tv_l1
 
@@ -42,3 +48,24 @@ def test_functions_take_turns():
     assert calls == ["a", "b"] * 3
     assert results == {"a": None, "b": 7}
     assert timings["a"].runs == 3
+
+
+def test_crops_differ_and_their_landmarks_are_where_the_face_is():
+    first, second = crops("reference", 2, 256)
+    assert first.pixels.shape == (256, 256, 3)
+    assert (first.pixels != second.pixels).any()
+    for face in (first, second, *pair(256)):
+        off = relit.detect_landmarks(face.pixels).xy - face.landmarks.xy
+        assert np.abs(off).max() < 0.1 * face.landmarks.interocular_distance
+
+
+@pytest.mark.slow
+def test_any_command_runs_beside_ours_on_the_same_pair():
+    (row,) = rival(1, f'{sys.executable} -c \'import shutil; shutil.copy("{{target}}", "{{output}}")\'')
+    assert row.peer is not None
+    assert row.ratio == row.peer.median / row.ours.median
+
+
+def test_a_rival_that_fails_is_told():
+    with pytest.raises(subprocess.CalledProcessError):
+        list(rival(1, f"{sys.executable} -c 'raise SystemExit(3)' {{target}} {{output}}"))
