@@ -10,18 +10,17 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from relit.compose.adjust import anchored, controlled
 from relit.compose.blend import blend
-from relit.compose.hair import hair, sparing_hair
+from relit.compose.hair import sparing_hair
 from relit.compose.matte import sparing_whites
 from relit.compose.share import share_of_change
 from relit.errors import OptionError
-from relit.face.shape import face_shape, head_shape
+from relit.face.shape import face_shape
 from relit.face.trust import known, skin_shown
 from relit.inputs import as_photo, as_photos, check_region_mask, check_second, given_references, look
 from relit.light.rendering import render
@@ -33,7 +32,6 @@ from relit.photo.foreign_images import opened
 from relit.results import Lighting, TransferResult
 from relit.runtime.memo import doing_once
 from relit.runtime.opencv import one_opencv_thread
-from relit.runtime.threads import meanwhile
 from relit.runtime.timing import Stopwatch
 from relit.settings.options import TransferOptions
 from relit.settings.studio_lights import studio_light
@@ -147,7 +145,7 @@ def transfer(
 
     with watch("look"):
         seen = look(photo, target_landmarks, given, second, settings, detail)
-    with watch("warp"), meanwhile(partial(_prepare, seen, settings)):
+    with watch("warp"):
         lights = [_warp(seen, one, settings) for one in seen.references or (None,)]
     with watch("relight"):
         relit = [_relight(seen, light, settings) for light in lights]
@@ -175,15 +173,6 @@ def transfer(
         lam=lam_in_px(seen.lam, seen.view.landmarks.interocular_distance),
         seconds=watch.seconds,
     )
-
-
-def _prepare(seen: Seen, options: TransferOptions) -> None:
-    """Do what needs but the target, and takes as long as to lay a reference over it."""
-    if options.record.relights_head:
-        skin_shown(seen.view)
-        head_shape(seen.view.regions.landmarks, seen.view.regions.shape)
-        if options.mask:
-            hair(seen.view)
 
 
 class _Light(NamedTuple):

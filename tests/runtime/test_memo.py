@@ -15,7 +15,7 @@ from relit.photo.resampling import reduced
 from relit.photo.samples import sample
 from relit.relighting import transfer
 from relit.runtime.memo import Memo, doing_once, remembered, same, size_of
-from relit.runtime.threads import limit, meanwhile, pool
+from relit.runtime.threads import pool
 from relit.settings.options import TransferOptions
 
 
@@ -193,15 +193,6 @@ def test_a_transfer_in_a_memo_is_the_transfer_without():
         np.testing.assert_array_equal(result.first.warped, alone.first.warped)
 
 
-def test_a_step_that_was_done_meanwhile_is_not_done_again():
-    step, calls = counted()
-    with doing_once():
-        with meanwhile(lambda: step(np.ones(3))):
-            pass
-        step(np.ones(3))
-    assert len(calls) == 1
-
-
 def test_what_is_done_once_is_kept_by_who_keeps_already():
     step, calls = counted()
     with Memo().open():
@@ -209,22 +200,6 @@ def test_what_is_done_once_is_kept_by_who_keeps_already():
             with doing_once():
                 step(np.ones(3))
     assert len(calls) == 1
-
-
-def test_without_a_thread_to_spare_nothing_is_done_meanwhile():
-    done = []
-    with limit(1), meanwhile(lambda: done.append(1)):
-        pass
-    assert not done
-
-
-@pytest.mark.parametrize("threads", [2, 3])
-def test_an_error_meanwhile_is_raised(threads):
-    def fail():
-        raise KeyError("meanwhile")
-
-    with limit(threads), pytest.raises(KeyError, match="meanwhile"), meanwhile(fail):
-        pass
 
 
 def test_who_stops_does_not_wait_for_what_has_not_begun():

@@ -118,7 +118,7 @@ def view_of(image: NDArray[Any], landmarks: Landmarks, window: Window, factor: i
     >>> face = Landmarks([[2, 2], [5, 2], [2, 5]])
     >>> view = view_of(ramp, face, (slice(0, 8), slice(2, 8)), 2)
     >>> view.pixels[0].tolist(), view.landmarks.xy[1].tolist()
-    ([2, 4, 6], [1.25, 0.75])
+    ([3, 5, 7], [1.25, 0.75])
     """
     part = image[window]
     shifted = landmarks.shifted(-window[1].start, -window[0].start)

@@ -58,7 +58,7 @@ def horizons(depth: NDArray[np.floating], solid: NDArray[np.bool_], iod: float) 
     height, width = depth.shape
     reach = int(np.ceil(_FARTHEST * iod))
     blocker = np.pad(np.where(solid, depth, np.inf).astype(np.float32), reach, constant_values=np.inf)
-    surface = (depth - _ROUGH * iod).astype(np.float32)
+    surface = np.ascontiguousarray(depth - _ROUGH * iod, np.float32)
     planes = np.full((_WAYS, height, width), -np.inf, np.float32)
     rise = np.empty_like(surface)
     ways = 2 * np.pi * np.arange(_WAYS) / _WAYS

@@ -43,7 +43,7 @@ def nonnegative(
 
     Examples
     --------
-    >>> nonnegative(np.array([[2.0, 1], [1, 2]]), np.array([2.0, -1])).tolist()
+    >>> nonnegative(np.array([[2.0, 1], [1, 2]]), np.array([2.0, -1])).round(9).tolist()
     [1.0, 0.0]
     """
     free = np.zeros(len(right), bool) if start is None else start > 0

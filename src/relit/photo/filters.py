@@ -42,7 +42,7 @@ def gaussian(
     >>> point = np.zeros((9, 9))
     >>> point[4, 4] = 1
     >>> blurred = gaussian(point, 1.0)
-    >>> float(blurred.sum()), bool(np.isclose(blurred[4, 5] / blurred[4, 4], np.exp(-0.5)))
+    >>> round(float(blurred.sum()), 6), bool(np.isclose(blurred[4, 5] / blurred[4, 4], np.exp(-0.5)))
     (1.0, True)
     """
     given = np.ascontiguousarray(planes, np.float32)
@@ -162,8 +162,8 @@ def spline_at_places(planes: NDArray[Any], x: NDArray[Any], y: NDArray[Any]) -> 
     Examples
     --------
     >>> squares = np.arange(9.0) ** 2 * np.ones((9, 1))
-    >>> spline_at_places(squares, np.array([[4.5]]), np.array([[4.0]])).round(1).tolist()
-    [[20.2]]
+    >>> round(spline_at_places(squares, np.array([[4.5]]), np.array([[4.0]])).item(), 1)
+    20.2
     """
     # Padded, since a spline's coefficients beyond the ends are not those at the ends.
     around = ((_PAD, _PAD), (_PAD, _PAD), *((0, 0),) * (planes.ndim - 2))

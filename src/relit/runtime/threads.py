@@ -93,27 +93,6 @@ def pool(threads: int) -> Iterator[Run]:
             raise
 
 
-@contextmanager
-def meanwhile(work: Callable[[], object]) -> Iterator[None]:
-    """Do steps that are `memo.remembered` in a thread of their own, while what is within runs.
-
-    Nothing is lost where there is no thread to spare: whoever asks for their results does them then.
-
-    Examples
-    --------
-    >>> with meanwhile(lambda: sum(range(100))):
-    ...     3 + 4
-    7
-    """
-    if available() == 1:
-        yield
-        return
-    with ThreadPoolExecutor(1) as executor:
-        waiting = executor.submit(copy_context().run, work)
-        yield
-        waiting.result()
-
-
 def bands(shape: tuple[int, int], threads: int | None) -> list[tuple[int, int]]:
     """Return the ranges of rows of an image that so many threads work on: fewer where it is small.
 
