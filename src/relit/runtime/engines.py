@@ -16,14 +16,10 @@ from joblib.externals.loky import ProcessPoolExecutor
 from relit.errors import OptionError, WorkerLostError
 from relit.runtime.clusters import on_dask, on_ray
 from relit.runtime.engine import LOST, Engine, deaf_children, share, work
+from relit.runtime.threads import ONE_BLAS_THREAD
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
-
-#: What the libraries of linear algebra read when they are loaded: relit's own threads are enough.
-_ONE_BLAS_THREAD = dict.fromkeys(
-    (f"{name}_NUM_THREADS" for name in ("OMP", "OPENBLAS", "MKL", "BLIS")), "1"
-) | {"VECLIB_MAXIMUM_THREADS": "1"}
 
 
 class _Loky(Engine[Future[Any]]):
@@ -53,7 +49,7 @@ class _Loky(Engine[Future[Any]]):
 
     def _processes(self) -> Any:
         parent = (os.getpid(),)
-        return ProcessPoolExecutor(self.workers, initializer=_begin, initargs=parent, env=_ONE_BLAS_THREAD)
+        return ProcessPoolExecutor(self.workers, initializer=_begin, initargs=parent, env=ONE_BLAS_THREAD)
 
 
 def _begin(parent: int) -> None:

@@ -17,6 +17,11 @@ from relit.errors import OptionError
 _LEAST_PIXELS = 2**15  # of a band; below, a thread does not pay
 _LEAST_ROWS = 16  # the most that a band shares with its neighbour
 
+#: What the libraries of linear algebra read when they are loaded: relit's own threads are enough.
+ONE_BLAS_THREAD = dict.fromkeys(
+    (f"{name}_NUM_THREADS" for name in ("OMP", "OPENBLAS", "MKL", "BLIS")), "1"
+) | {"VECLIB_MAXIMUM_THREADS": "1"}
+
 _most: ContextVar[int | None] = ContextVar("most", default=None)
 
 Item = TypeVar("Item")
