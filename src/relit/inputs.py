@@ -38,9 +38,8 @@ if TYPE_CHECKING:
 #: still feels what lies there.
 _SURROUNDINGS = 0.75
 
-_LARGE = (
-    2**22
-)  # samples of a photo in which a second thread looks for a face sooner: at 512², 1.1 times later
+# Samples of a photo from which on two faces are looked for at once: at 512², one by one is sooner.
+_LARGE = 2**22
 
 
 class Reference(NamedTuple):
