@@ -106,8 +106,7 @@ class RBF:
 
     def of_terms(self, terms: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the (k, m) values at the points that the terms are of."""
-        affine = [] if self.polynomial is None else [self.polynomial]
-        return np.asarray(terms @ np.vstack([self._basis.of_differences(self.coefficients), *affine]))
+        return np.asarray(terms @ self._weights)
 
     def on_grid(self, height: int, width: int, *, tolerance: float = 0.05) -> NDArray[np.float32]:
         """Return the values at every pixel of an image, to within `tolerance`.
@@ -159,6 +158,12 @@ class RBF:
         energy = np.einsum("im,ij,jm->m", self.coefficients, basis, of_basis)
         # r² log r is 8π times the biharmonic Green's function.
         return np.asarray(8 * np.pi * energy / self.scale**2)
+
+    @cached_property
+    def _weights(self) -> NDArray[np.float64]:
+        """What the terms are combined by."""
+        affine = [] if self.polynomial is None else [self.polynomial]
+        return np.vstack([self._basis.of_differences(self.coefficients), *affine])
 
     @cached_property
     def _basis(self) -> Basis:
