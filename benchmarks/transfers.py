@@ -121,6 +121,7 @@ def batches(runs: int) -> Iterator[Row]:
         for side in _BATCHES:
             folder = Path(name, str(side))
             for sample in ("target", "reference"):
+                (folder / sample).mkdir(parents=True)
                 for number, face in enumerate(crops(sample, side, 512)):
                     relit.write_image(folder / sample / f"{number}.png", face.pixels)
             words = [sys.executable, "-c", _RELIT, "batch", "--jobs", "2"]
