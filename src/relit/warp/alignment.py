@@ -263,7 +263,10 @@ def _folded_share(places: NDArray[np.float64]) -> float:
 def _sample(
     image: NDArray[Any], places: NDArray[np.float32], scale: float, *, to_the_bit: bool = True
 ) -> NDArray[np.float32]:
-    """Return `image` in [0, 1] at `places`, bicubically; blurred first where the map shrinks it."""
+    """Return `image` in [0, 1] at `places`, bicubically; blurred first where the map shrinks it.
+
+    Not `to_the_bit`, it is by a spline that takes a third of the time, and is off by 4e-5.
+    """
     blur = 0.5 * np.sqrt(max(scale**2 - 1, 0.0))  # brings the pixel's own σ of about ½ to the target's
     # Only the part that is looked at, and what the blur and the spline need around it.
     around = int(np.ceil(4 * blur)) + 16
