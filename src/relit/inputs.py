@@ -20,7 +20,6 @@ from relit.photo.foreign_images import opened
 from relit.photo.photo import Photo
 from relit.photo.pixels import check_samples
 from relit.photo.planes import PlaneSpace, plane_space
-from relit.runtime.threads import available, pool
 from relit.settings.methods import WITH_SECOND_REFERENCE
 
 if TYPE_CHECKING:
@@ -37,9 +36,6 @@ if TYPE_CHECKING:
 #: How far round the face the method looks, in interocular distances: several times the scale 1/λ at which u
 #: still feels what lies there.
 _SURROUNDINGS = 0.75
-
-# Samples of a photo from which on two faces are looked for at once: at 512², one by one is sooner.
-_LARGE = 2**22
 
 
 class Reference(NamedTuple):
@@ -117,10 +113,7 @@ def look(
     if second is not None:
         photos.append(as_photo(second[0], "second_reference"))
         given.append((photos[-1].pixels, second[1], "second"))
-    # Of small photos, two threads wait for Python's lock longer than they work.
-    large = max(pixels.size for pixels, *_ in given) > _LARGE
-    with pool(min(len(given), available()) if large else 1) as run:
-        here, *there = run(lambda one: landmarks_of(*one), given)
+    here, *there = [landmarks_of(*one) for one in given]
     check_inside(here, target.pixels.shape, "target_landmarks")
     names = [name for *_, name in given[1:]]
     seen = [

@@ -14,7 +14,6 @@ from relit.photo.filters import (
     eroded,
     gaussian,
     spline_at_places,
-    window_mean,
 )
 
 
@@ -51,10 +50,9 @@ def test_planes_of_every_kind_are_filtered(dtype):
 def test_windows_are_scipys(size):
     plane = noise(33, 20)
     np.testing.assert_array_equal(dilated(plane, size), ndimage.grey_dilation(plane, (size, size)))
-    np.testing.assert_array_equal(eroded(plane, size), ndimage.grey_erosion(plane, (size, size)))
+    for least in (size, size + 1):
+        np.testing.assert_array_equal(eroded(plane, least), ndimage.grey_erosion(plane, (least, least)))
     np.testing.assert_array_equal(closed(plane, size), ndimage.grey_closing(plane, (size, size)))
-    truth = ndimage.uniform_filter(plane.astype(float), size, mode="nearest")
-    np.testing.assert_allclose(window_mean(plane, size // 2), truth, atol=1e-6)
 
 
 @given(share=st.floats(0.001, 0.999), seed=st.integers(0, 99))

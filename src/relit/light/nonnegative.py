@@ -1,7 +1,7 @@
 """Non-negative least squares from a guess, by its normal equations [1]_.
 
 SciPy's `nnls` begins with no lamp lit. Of fits one after the other, most lamps that one lights the next one
-does as well: from there it is a fifth of the way.
+does as well: from there it takes half of SciPy's time on two faces, and from nothing four times as long.
 
 References
 ----------

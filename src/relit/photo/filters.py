@@ -60,21 +60,8 @@ def _weights(sigma: float, radius: int) -> Plane:
     return np.asarray(weights / weights.sum(), np.float32)
 
 
-def window_mean(planes: NDArray[Any], radius: int) -> Plane:
-    """Return the means of windows of ``2 · radius + 1`` px; what is beyond the ends repeats them.
-
-    Examples
-    --------
-    >>> window_mean(np.array([[0, 3, 6]], np.float32), 1).tolist()
-    [[1.0, 3.0, 5.0]]
-    """
-    given = np.ascontiguousarray(planes, np.float32)
-    size = 2 * radius + 1
-    return _as_shaped(cv2.blur(given, (size, size), borderType=cv2.BORDER_REPLICATE), given)
-
-
 def dilated(plane: NDArray[Any], size: int) -> Plane:
-    """Return the greatest value in the window of `size` px round each pixel, in a plane or several."""
+    """Return the greatest value in the window of `size` px, an odd number, round each pixel."""
     return _in_window(cv2.MORPH_DILATE, plane, size)
 
 
@@ -84,7 +71,7 @@ def eroded(plane: NDArray[Any], size: int) -> Plane:
 
 
 def closed(plane: NDArray[Any], size: int) -> Plane:
-    """Return a plane without dark spots narrower than `size` px: dilated, then eroded.
+    """Return a plane without dark spots narrower than `size` px, an odd number: dilated, then eroded.
 
     Examples
     --------
@@ -146,8 +133,8 @@ def at_places(
 def spline_at_places(planes: NDArray[Any], x: NDArray[Any], y: NDArray[Any]) -> Plane:
     """Return what a cubic spline through planes, (H, W) or (H, W, k), has between their pixels.
 
-    As SciPy's `map_coordinates` does, in a fifth of its time: where it lies between four of its coefficients,
-    a cubic B-spline is a mean of two places between two of them each [1]_.
+    As SciPy's `map_coordinates` does, in less than half its time: where it lies between four of its
+    coefficients, a cubic B-spline is a mean of two places between two of them each [1]_.
 
     Parameters
     ----------
