@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from relit.photo.curves import exp, log, power, squared_length
+from relit.photo.curves import exp, log, power
 
 
 @given(
@@ -29,8 +29,3 @@ def test_shape_and_kind_stay(shape, dtype):
         assert made.shape == shape
         assert made.dtype == dtype
         np.testing.assert_allclose(made, truth(values), rtol=1e-5, atol=1e-6)
-
-
-def test_a_squared_length_is_that_of_linalg():
-    vectors = np.random.default_rng(0).normal(size=(4, 5, 3))
-    np.testing.assert_allclose(squared_length(vectors), np.linalg.norm(vectors, axis=-1) ** 2)

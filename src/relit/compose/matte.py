@@ -80,14 +80,14 @@ def skin_share(view: View) -> NDArray[np.float32]:
     return np.asarray(np.maximum(closed(like, size), view.regions.below_brows))
 
 
-def _away(colors: NDArray[np.float64], face: FaceRegions) -> NDArray[np.float32]:
+def _away(colors: NDArray[np.float32], face: FaceRegions) -> NDArray[np.float32]:
     """Return how far from the face it is, 1 being out of reach, on the way that crosses least of an edge.
 
     Sideways it is farther than down: beyond the ears there is no skin, below the chin there is a neck.
     """
     inside, up, iod = face.inside, face.up, face.interocular_distance
     cell = max(round(iod / _CELLS), 1)
-    small = reduced(colors.astype(np.float32), cell)
+    small = reduced(colors, cell)
     start = np.flatnonzero(reduced(inside.astype(np.float32), cell) > 0.5)
     # Older releases of SciPy search graphs of 32-bit indices alone.
     number = np.arange(small.shape[0] * small.shape[1], dtype=np.int32).reshape(small.shape[:2])

@@ -16,7 +16,7 @@ from relit.compose.matte import matte
 from relit.face.outline import across, face_outline
 from relit.face.person import person
 from relit.face.shape import head_shape
-from relit.photo.curves import squared_length
+from relit.photo.channels import squared_length
 from relit.photo.filters import distance_from, gaussian
 from relit.photo.pixels import to_unit
 from relit.photo.resampling import Enlarger, reduced

@@ -36,9 +36,8 @@ def twins(landmarks: Landmarks, shape: FaceShape) -> NDArray[np.float64] | None:
     right, left = np.pad(eyes, ((0, 0), (0, 3 - eyes.shape[1])))
     across = (left - right) / np.linalg.norm(left - right)
     y, x = np.indices(shape.depth.shape)
-    place = np.stack([x, y, shape.depth], axis=-1)
-    there = place - 2 * ((place - (left + right) / 2) @ across)[..., None] * across
-    return np.stack([there[..., 1], there[..., 0]])
+    beyond = x * across[0] + y * across[1] + shape.depth * across[2] - (left + right) @ across / 2
+    return np.stack([y - 2 * beyond * across[1], x - 2 * beyond * across[0]])
 
 
 def halves(

@@ -17,7 +17,7 @@ from scipy.spatial import ConvexHull, Delaunay
 from relit.face.head import has_head, seen_head
 from relit.face.landmarks import Landmarks
 from relit.face.outline import drawn, face_outline
-from relit.photo.curves import squared_length
+from relit.photo.channels import repeated, squared_length
 from relit.photo.filters import gaussian
 from relit.runtime.memo import remembered
 from relit.runtime.threads import one_blas_thread
@@ -119,9 +119,10 @@ def _smoothed(
     """Return a surface of normals and depth, blurred by so many interocular distances."""
     sigma = blur * landmarks.interocular_distance
     smooth = gaussian(surface, sigma, edge="repeated")
+    normals, depth = np.ascontiguousarray(smooth[..., :3]), np.ascontiguousarray(smooth[..., 3])
     return FaceShape(
-        smooth[..., :3] / np.sqrt(squared_length(smooth[..., :3]))[..., None],
-        smooth[..., 3],
+        normals / repeated(np.sqrt(squared_length(normals)), 3),
+        depth,
         drawn([face_outline(landmarks)], known.shape),
         known,
     )

@@ -10,11 +10,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import cv2
 import numpy as np
 
+from relit.photo.channels import squared_length, transformed, within
 from relit.photo.color import luma
-from relit.photo.curves import log, squared_length
+from relit.photo.curves import exp, log
 from relit.photo.pixels import to_unit
+from relit.photo.ranks import median
+from relit.runtime.threads import one_blas_thread
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -30,7 +34,7 @@ _OF_MEDIAN = 1.4826  # a normal distribution's standard deviation over its media
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """The colours of a skin: mean and inverse covariance of `_colors`."""
+    """The colours of a skin: mean, (k,), and inverse covariance, (k, k), of `_colors`."""
 
     mean: NDArray[np.float64]
     precision: NDArray[np.float64]
@@ -44,17 +48,18 @@ class Skin:
         hue_alone : bool
             Whether brightness does not count: what is dark may lie in a shadow. All grey is skin then.
         """
-        off, precision = _colors(image) - self.mean, self.precision
+        colors, mean, precision = _colors(image), self.mean, self.precision
         if hue_alone:
-            if off.shape[-1] == 1:
+            if colors.shape[-1] == 1:
                 return np.ones(image.shape[:2], np.float32)
-            off, precision = off[..., 1:], np.linalg.inv(np.linalg.inv(precision)[1:, 1:])
-        distance = np.sqrt(squared_length(off @ np.linalg.cholesky(precision)))
-        return np.asarray(1 / (1 + np.exp(np.clip((distance - _EDGE) / _SOFT, -30, 30))), np.float32)
+            colors, mean = colors[..., 1:], mean[1:]
+            precision = np.linalg.inv(np.linalg.inv(precision)[1:, 1:])
+        away = (_distance(colors, mean, precision) - _EDGE) / _SOFT
+        return np.asarray(1 / (1 + exp(np.clip(away, -30, 30))), np.float32)
 
-    def whitened(self, image: NDArray[Any]) -> NDArray[np.float64]:
+    def whitened(self, image: NDArray[Any]) -> NDArray[np.float32]:
         """Return colours, (H, W, k), in which the skin's standard deviation is 1 in every direction."""
-        return np.asarray((_colors(image) - self.mean) @ np.linalg.cholesky(self.precision))
+        return _white(_colors(image), self.mean, self.precision)
 
 
 def skin_of(image: NDArray[Any], face: NDArray[np.bool_]) -> Skin:
@@ -81,24 +86,40 @@ def skin_of(image: NDArray[Any], face: NDArray[np.bool_]) -> Skin:
     >>> skin_of(photo, face).likeness(photo)[0].round().astype(int).tolist()
     [1, 1, 1, 1, 0, 0, 0, 0]
     """
-    samples = _colors(image[face][None])[0]
+    samples = _colors(within(image, face)[None])[0].astype(np.float64)
     floor = np.array([_BRIGHTNESS, _HUE, _HUE])[: samples.shape[-1]] ** 2
-    mean = np.median(samples, axis=0)
-    spread = _OF_MEDIAN * np.median(np.abs(samples - mean), axis=0)
+    mean = middle = median(samples)
+    off = np.ascontiguousarray((samples - middle).T)
+    spread = _OF_MEDIAN * median(np.abs(off.T))
     precision = np.diag(1 / np.maximum(spread**2, floor))
-    for _ in range(_ROUNDS):
-        near = squared_length((samples - mean) @ np.linalg.cholesky(precision)) < _OUTLIER**2
-        share = near / np.count_nonzero(near)
-        mean = share @ samples
-        off = samples - mean
-        precision = np.linalg.inv((off.T * share) @ off + np.diag(floor))
+    products = np.concatenate([off, *(off * one for one in off)])
+    with one_blas_thread():
+        for _ in range(_ROUNDS):
+            near = _distance(samples, mean, precision) < _OUTLIER
+            first, second = np.split(products @ near / np.count_nonzero(near), [len(off)])
+            mean = middle + first
+            spread = second.reshape(len(off), -1) - np.outer(first, first)
+            precision = np.linalg.inv(spread + np.diag(floor))
     return Skin(mean, precision)
 
 
-def _colors(image: NDArray[Any]) -> NDArray[np.float64]:
+def _white(colors: NDArray[Any], mean: NDArray[np.float64], precision: NDArray[np.float64]) -> NDArray[Any]:
+    """Return colours, (..., k), less their mean, and so that their covariance is 1."""
+    matrix = np.linalg.cholesky(precision).T
+    return transformed(colors, np.column_stack([matrix, -matrix @ mean]))
+
+
+def _distance(
+    colors: NDArray[Any], mean: NDArray[np.float64], precision: NDArray[np.float64]
+) -> NDArray[Any]:
+    """Return how many standard deviations each colour, (..., k), is off the mean."""
+    return np.asarray(np.sqrt(squared_length(_white(colors, mean, precision))))
+
+
+def _colors(image: NDArray[Any]) -> NDArray[np.float32]:
     """Return log luma, and of colour also log R/G and log B/G, (H, W, 1 or 3)."""
     unit = np.maximum(to_unit(image), np.float32(_DARKEST))
     if unit.ndim == 2:
-        return log(unit)[..., None].astype(np.float64)
-    red, green, blue = np.moveaxis(log(unit), -1, 0)
-    return np.stack([log(luma(unit)), red - green, blue - green], axis=-1).astype(np.float64)
+        return log(unit)[..., None]
+    red, green, blue = cv2.split(log(unit))
+    return np.asarray(cv2.merge([log(luma(unit)), red - green, blue - green]), np.float32)

@@ -13,10 +13,12 @@ import numpy as np
 
 from relit.face.skin import skin_of
 from relit.face.views import without_grain
+from relit.photo.channels import moved, repeated, squared_length, within
 from relit.photo.color import luma
-from relit.photo.curves import log, squared_length
+from relit.photo.curves import log
 from relit.photo.filters import dilated, gaussian
 from relit.photo.pixels import to_unit
+from relit.photo.ranks import median
 from relit.runtime.memo import remembered
 
 if TYPE_CHECKING:
@@ -84,8 +86,8 @@ def known(
 def _lit_in_color(pixels: NDArray[Any], area: NDArray[np.bool_]) -> NDArray[np.float32]:
     """Return where a colour is so far from that of most of a face that it is a second light's: 0 or 1."""
     light = np.maximum(to_unit(pixels), 1 / 255)
-    hue = log(light / luma(light)[..., None])
-    away = squared_length(hue - np.median(hue[area], axis=0))
+    hue = log(light / repeated(luma(light), 3))
+    away = squared_length(moved(hue, -median(within(hue, area))))
     return np.asarray(away > _OTHER_LIGHT**2, np.float32)
 
 

@@ -21,6 +21,7 @@ import numpy as np
 
 from relit.light.horizon import horizons, visible
 from relit.light.nonnegative import nonnegative
+from relit.photo.ranks import median, quantile
 from relit.photo.resampling import Enlarger, reduced
 from relit.runtime.memo import remembered
 from relit.runtime.threads import one_blas_thread
@@ -179,7 +180,7 @@ def fit_lamps(
     does = np.ascontiguousarray(basis.T[:, ::step], np.float32)  # lamp by lamp
     brightness, weight = (np.asarray(one[::step], np.float32) for one in (brightness, weight))
     count = len(does)
-    scale = max(float(np.quantile(brightness, 0.9)), 1e-9)
+    scale = max(float(quantile(brightness, 0.9)), 1e-9)
     wanted = brightness / scale
     lamps = None if prior is None else prior / scale
     with one_blas_thread():
@@ -207,5 +208,5 @@ def _trust(
 ) -> NDArray[np.float32]:
     """Return how much each pixel counts, less where lamps leave it off."""
     off = np.abs(lamps.astype(np.float32) @ does - wanted)
-    usual = _OUTLIER * _OF_MEDIAN * float(np.median(off[weight > 0])) if np.any(weight > 0) else 0.0
+    usual = _OUTLIER * _OF_MEDIAN * float(median(off[weight > 0])) if np.any(weight > 0) else 0.0
     return np.asarray(weight / np.maximum(1, off / max(usual, _LEAST)), np.float32)

@@ -17,9 +17,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from relit.photo.channels import moved, repeated, squared_length, transformed, within
 from relit.photo.color import luma
-from relit.photo.curves import log, squared_length
+from relit.photo.curves import log
 from relit.photo.filters import gaussian
+from relit.photo.ranks import median
 
 if TYPE_CHECKING:
     from typing import TypeAlias
@@ -63,7 +65,7 @@ class Bleach(NamedTuple):
         [0.3, 0.0, -0.3]
         """
         share = np.where(self.share * change < 0, self.share, 0) * np.minimum(np.abs(change) / _ALL, 1)
-        return np.asarray(share[..., None] * self.hue, np.float32)
+        return transformed(np.asarray(share[..., None], np.float32), self.hue[:, None])
 
 
 def bleach_of(
@@ -94,18 +96,18 @@ def bleach_of(
         return None
     smooth = np.maximum(smooth, np.float32(_DARKEST))
     brightness = luma(smooth)
-    hue = log(smooth / brightness[..., None])
+    hue = log(smooth / repeated(brightness, 3))
     if own_hue is not None:
-        hue -= own_hue - np.median(own_hue[shown], axis=0)
-    usual = np.median(hue[shown], axis=0)
+        hue = moved(hue - own_hue, median(within(own_hue, shown)))
+    usual = median(within(hue, shown))
     size = float(usual @ usual)
     if size < _DARKEST:
         return None
-    share = 1 - hue @ usual / size
+    share = transformed(hue, np.append(-usual / size, 1)[None])[..., 0]
     # Beside the line from a skin to white, or beyond white, there is paint, or another light.
-    beside = squared_length(hue - (1 - share)[..., None] * usual) / size
+    beside = squared_length(hue - transformed((1 - share)[..., None], usual[:, None])) / size
     trust = np.clip(2 - share, 0, 1) / (1 + beside / _BESIDE**2)
     share = np.clip(share - np.clip(share, -_USUAL, _USUAL), -1, 1)
     share = trust * np.where(share < 0, _OF_BURNT * share, share)
-    there = np.maximum(skin, inside & (brightness > np.median(brightness[shown])))
+    there = np.maximum(skin, inside & (brightness > median(brightness[shown])))
     return Bleach(np.asarray(share * gaussian(there, _EDGE * iod), np.float32), usual)

@@ -9,12 +9,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
 
 from relit.methods.lit_face import linear
+from relit.photo.channels import clipped, moved, repeated, squared_length, within
 from relit.photo.color import luma
-from relit.photo.curves import log, squared_length
+from relit.photo.curves import log
 from relit.photo.filters import gaussian
+from relit.photo.ranks import median, quantile
 from relit.photo.resampling import blurred
 
 if TYPE_CHECKING:
@@ -63,10 +66,11 @@ def hue_change(
     if old is None:  # a grey target takes on the reference's colours, light and skin alike
         return _colors_of(scene), none
     change = new - old - _remains(scene, smooth, old, inside)
-    cast = change[inside].mean(axis=0).astype(np.float64)
-    low, high = np.quantile(change[scene.face.skin_area], [1 - _NEARLY_ALL, _NEARLY_ALL], axis=0)
-    change = np.clip(change, low, high).astype(np.float32) - cast.astype(np.float32)
-    return change * np.float32(shrunk(_variance(change[inside]), noise)), cast
+    cast = _mean(within(change, inside))
+    skin = within(change, scene.face.skin_area)
+    low, high = quantile(skin, 1 - _NEARLY_ALL), quantile(skin, _NEARLY_ALL)
+    change = moved(clipped(change, low, high), -cast)
+    return change * np.float32(shrunk(_variance(within(change, inside)), noise)), cast
 
 
 def shrunk(variance: float, noise: float) -> float:
@@ -90,11 +94,18 @@ def _remains(scene: Scene, smooth: Plane, old: Plane, inside: NDArray[np.bool_])
     iod, face = scene.face.interocular_distance, scene.face
     assert scene.skin is not None
     left = _hue_of(smooth) - old
-    left = np.clip(left - np.median(left[inside], axis=0), -_MOST, _MOST)
-    skin = np.asarray(scene.skin * face.inside, np.float32)[..., None]
-    left = blurred(skin * left, _PATCH * iod) / np.maximum(blurred(skin, _PATCH * iod), 0.05)
-    variance = _variance(old[inside] - old[inside].mean(axis=0))
+    left = np.clip(moved(left, -median(within(left, inside))), -_MOST, _MOST)
+    skin = np.asarray(scene.skin * face.inside, np.float32)
+    known = np.maximum(blurred(skin, _PATCH * iod), 0.05)
+    left = blurred(repeated(skin, 3) * left, _PATCH * iod) / repeated(known, 3)
+    theirs = within(old, inside)
+    variance = _variance(moved(theirs, -_mean(theirs)))
     return np.asarray(variance / (variance + _COLORED**2) * left, np.float32)
+
+
+def _mean(hue: Plane) -> NDArray[np.float64]:
+    """Return the mean of hues, (n, 3)."""
+    return np.asarray(cv2.mean(hue[None])[:3])
 
 
 def _variance(hue: Plane) -> float:
@@ -110,5 +121,5 @@ def _colors_of(scene: Scene) -> Plane:
 
 def _hue_of(light: NDArray[Any]) -> Plane:
     """Return the log of each colour over the brightness, (H, W, 3)."""
-    brightness = np.maximum(luma(light), np.float32(_DARKEST))[..., None]
-    return np.asarray(log(np.maximum(light, np.float32(_DARKEST)) / brightness), np.float32)
+    brightness = np.maximum(luma(light), np.float32(_DARKEST))
+    return np.asarray(log(np.maximum(light, np.float32(_DARKEST)) / repeated(brightness, 3)), np.float32)

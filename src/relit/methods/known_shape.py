@@ -16,6 +16,7 @@ from relit.face.outline import drawn
 from relit.methods.lit_face import BRIGHTEST
 from relit.photo.curves import log
 from relit.photo.filters import distance_from, gaussian
+from relit.photo.ranks import quantile
 from relit.photo.resampling import blurred
 
 if TYPE_CHECKING:
@@ -107,7 +108,7 @@ def not_outshining(change: Plane, brightness: Plane, scene: Scene, target: LitFa
     if not skin.any():
         return change
     edge = gaussian(beyond, _EDGE * face.interocular_distance)
-    before, after = (light - np.quantile(light[skin], BRIGHTEST) for light in (bright, bright + change))
+    before, after = (light - quantile(light[skin], BRIGHTEST) for light in (bright, bright + change))
     excess = beyond * np.maximum(after - np.maximum(before, 0), 0)
     excess = blurred(excess, wide) / np.maximum(blurred(beyond, wide), 0.1)
     return np.asarray(change - edge * excess, np.float32)

@@ -9,8 +9,10 @@ import numpy as np
 
 from relit.methods.lit_face import BRIGHTEST, shown
 from relit.methods.scene import Relit
+from relit.photo.channels import moved, repeated, within
 from relit.photo.color import brightest
 from relit.photo.curves import exp
+from relit.photo.ranks import quantile
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -82,13 +84,13 @@ class LightChange:
             The same of its overall colour; with None, as much of it as is more than two skins differ by.
         """
         light = np.atleast_3d(self.light)
-        made = light * exp(self.brightness)[..., None]
+        made = light * repeated(exp(self.brightness), light.shape[2])
         if self.hue is not None:
             if cast is None:
                 cast = max(0.0, 1 - _SKINS**2 / max(float(self.cast @ self.cast), 1e-12))
-            made = made * exp(self.hue + (cast * self.cast).astype(np.float32))
+            made = made * exp(moved(self.hue, cast * self.cast))
         # A colour takes away from white light, as a filter does: the brightest channel is what is kept.
-        ours, new = (float(np.quantile(brightest(one[self.face]), BRIGHTEST)) for one in (light, made))
+        ours, new = (float(quantile(brightest(within(one, self.face)), BRIGHTEST)) for one in (light, made))
         taken = exposure * np.log(max(self.theirs, 1e-4) / max(self.ours, 1e-4))
         anchor = np.log(ours / max(new, 1e-9)) + taken
         made = made * np.float32(np.exp(anchor))

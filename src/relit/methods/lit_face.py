@@ -14,6 +14,7 @@ from relit.photo.curves import log
 from relit.photo.filters import gaussian
 from relit.photo.pixels import DARKEST, to_unit
 from relit.photo.profile import decode_srgb, encode_srgb
+from relit.photo.ranks import median, quantile
 from relit.photo.resampling import reduced
 from relit.runtime.memo import remembered
 from relit.runtime.threads import one_blas_thread
@@ -99,7 +100,7 @@ class LitFace:
     def _quantile(self, made: Plane, share: float) -> float:
         """Return what of so large a share of the skin is less."""
         inside = reduced(self.weight, self.surface.factor) > 0.5
-        return float(np.quantile(made[inside] if inside.any() else made, share))
+        return float(quantile(made[inside] if inside.any() else made.ravel(), share))
 
     @cached_property
     def explained(self) -> float:
@@ -108,7 +109,7 @@ class LitFace:
         if not inside.any():
             return 0.0
         made = np.exp(self.own_shading[0][inside])
-        brightest = np.quantile(self.brightness[inside], BRIGHTEST)
+        brightest = quantile(self.brightness[inside], BRIGHTEST)
         seen, wanted = (encode_srgb(light / brightest) for light in (self.brightness[inside], made))
         usual = _USUAL if self.encoded else _USUAL_AS_IS
         return float(1 / (1 + ((seen - wanted).std() / usual) ** 2))
@@ -118,7 +119,7 @@ class LitFace:
         """e, as far as it may be skin; its median over the skin is 0."""
         off = log(np.maximum(self.brightness, np.float32(_DARKEST))) - self.own_shading[0]
         inside = self.weight > 0.5
-        middle = np.median(off[inside]) if inside.any() else 0
+        middle = median(off[inside]) if inside.any() else 0
         return np.asarray(np.clip(off - middle, -_MOST, _MOST), np.float32)
 
 
@@ -182,7 +183,7 @@ def _colored(
     """
     hue = light / np.maximum(luma(light), np.float32(_DARKEST))[:, None]
     with one_blas_thread():
-        made, gains = basis @ weights, np.median(hue, axis=0)
+        made, gains = basis @ weights, median(hue)
     fits = [
         fit_lamps(basis, channel * made, counts, prior=weights * gain, tied=_TIED)
         for channel, gain in zip(hue.T, gains.tolist(), strict=True)

@@ -43,7 +43,9 @@ from relit.methods.lit_face import BRIGHTEST, LitFace, brightness_of, explain, l
 from relit.methods.residual import of_reference, of_target
 from relit.methods.scene import Layers
 from relit.methods.unlit import stand_in
+from relit.photo.channels import clipped, repeated, within
 from relit.photo.curves import exp
+from relit.photo.ranks import median, quantile
 from relit.photo.resampling import blurred
 from relit.settings.studio_lights import studio_light
 from relit.solver.membrane import carried_on
@@ -102,7 +104,7 @@ def relight(scene: Scene) -> LightChange:
     known = known_shape(face, shape.head)
     change = as_explained(change, known, scene, target, shape.head)
     hue, cast = hue_change(scene, smooth, new_hue, old_hue, _HUE_NOISE * (2 - sure))
-    planes = change[..., None] if hue is None else np.concatenate([change[..., None], hue], axis=2)
+    planes = change[..., None] if hue is None else np.dstack([change, hue])
     planes = carried_on(_coarse_beyond(planes, shape, face, iod), known, iod)
     brightness = not_outshining(planes[..., 0] + missing, bright, scene, target)
     measured = target if reference is None else reference
@@ -158,9 +160,11 @@ def _layers(
     inside = scene.face.interior
     first, second = (exp(shade if hue is None else shade[..., None] + hue) for shade, hue in (old, new))
     person = light / (first if first.ndim == light.ndim else exp(old[0]))
-    first *= np.median(person[inside], axis=0)
-    person /= np.median(person[inside], axis=0)
-    second *= np.quantile(first[inside], BRIGHTEST) / np.quantile(second[inside], BRIGHTEST)
+    first *= median(within(person, inside))
+    person /= median(within(person, inside))
+    second *= quantile(within(first, inside).ravel(), BRIGHTEST) / quantile(
+        within(second, inside).ravel(), BRIGHTEST
+    )
     return {
         "target_light": shown(first, scene.encoded),
         "target_is_lit": reached,
@@ -171,11 +175,12 @@ def _layers(
 
 def _coarse_beyond(planes: Plane, shape: FaceShape, face: FaceRegions, iod: float) -> Plane:
     """Return a change that is coarser where a template is: at ears, neck, skull, which no landmarks hold."""
-    head, blur = shape.head[..., None].astype(np.float32), _COARSE * iod
-    wide = blurred(planes * head, blur) / np.maximum(blurred(head, blur), 1e-3)
-    skin = planes[face.skin_area]
-    wide = np.clip(wide, *np.quantile(skin, [1 - _NEARLY_ALL, _NEARLY_ALL], axis=0))
-    held = np.clip(face.distance / blur, 0, 1).astype(np.float32)[..., None]
+    head, blur, count = shape.head.astype(np.float32), _COARSE * iod, planes.shape[2]
+    wide = blurred(planes * repeated(head, count), blur)
+    wide /= repeated(np.maximum(blurred(head, blur), 1e-3), count)
+    skin = within(planes, face.skin_area)
+    wide = clipped(wide, quantile(skin, 1 - _NEARLY_ALL), quantile(skin, _NEARLY_ALL))
+    held = repeated(np.clip(face.distance / blur, 0, 1).astype(np.float32), count)
     return np.asarray(held * planes + (1 - held) * wide, np.float32)
 
 
@@ -199,7 +204,7 @@ def _sure_of(face: LitFace | None) -> float:
 def _brightest(face: LitFace, inside: NDArray[np.bool_]) -> float:
     """Return the brightness of a face where it is lit."""
     skin = (face.weight > 0.5) & inside
-    return float(np.quantile(face.brightness[skin if skin.any() else inside], BRIGHTEST))
+    return float(quantile(face.brightness[skin if skin.any() else inside], BRIGHTEST))
 
 
 def _confidence(reference: LitFace, target: LitFace) -> float:

@@ -14,6 +14,7 @@ from relit.methods.lit_face import BRIGHTEST, shown
 from relit.photo.curves import log
 from relit.photo.filters import at_places, eroded, gaussian
 from relit.photo.pixels import GAMMA
+from relit.photo.ranks import quantile
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,7 +36,7 @@ def lit(face: LitFace, iod: float) -> Plane:
     """Return where a face's own light reaches: 0 to 1, and less at a shadow's edge than within the light."""
     skin = face.weight > 0.5
     seen = shown(gaussian(face.brightness, _WIDE * iod), face.encoded)
-    brightest = float(np.quantile(seen[skin] if skin.any() else seen, BRIGHTEST))
+    brightest = float(quantile(seen[skin] if skin.any() else seen.ravel(), BRIGHTEST))
     size = max(1, round(_SHADOW_EDGE * iod))
     seen = gaussian(eroded(seen / max(brightest, 1e-6), size), size / 3)
     share = np.clip((seen - _UNLIT) / (_LIT - _UNLIT), 0, 1)

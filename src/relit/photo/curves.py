@@ -49,17 +49,6 @@ def power(values: NDArray[Any], exponent: float) -> NDArray[Any]:
     return _each(cv2.pow, values, exponent)
 
 
-def squared_length(vectors: NDArray[Any]) -> NDArray[Any]:
-    """Return the squared lengths of vectors, (..., k).
-
-    Examples
-    --------
-    >>> squared_length(np.array([[3.0, 4.0]])).tolist()
-    [25.0]
-    """
-    return np.asarray(vectors**2 @ np.ones(vectors.shape[-1], vectors.dtype))
-
-
 def _each(function: Callable[..., Any], values: NDArray[Any], *more: float) -> NDArray[Any]:
     given = np.ascontiguousarray(values)
     if given.size == 0:

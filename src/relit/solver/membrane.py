@@ -9,6 +9,7 @@ import numpy as np
 from scipy.sparse import coo_array, diags_array
 from scipy.sparse.linalg import splu
 
+from relit.photo.channels import repeated
 from relit.photo.filters import gaussian
 from relit.photo.resampling import Enlarger, reduced
 from relit.runtime.memo import remembered
@@ -74,7 +75,7 @@ def fill(
     True
     """
     whole = planes if planes.ndim == 3 else planes[..., None]
-    share = np.clip(known, 0, 1).astype(np.float32)[..., None]
+    share = repeated(np.clip(known, 0, 1).astype(np.float32), whole.shape[2])
     if not (share > _UNKNOWN).any():
         return np.asarray(planes, np.float32)
     weight = reduced(share, cell)
