@@ -14,7 +14,6 @@ References
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -41,6 +40,7 @@ _SAMPLES = 4000  # pixels that a fit looks at
 _OUTLIER = 1.5  # standard deviations, beyond which an error counts once and not squared [2]_
 _OF_MEDIAN = 1.4826  # a normal distribution's standard deviation over its median absolute deviation
 _LEAST = 1e-3  # brightness, of the brightest, that counts as a perfect fit
+_ALL = slice(None)
 
 
 def _dome() -> NDArray[np.float64]:
@@ -94,30 +94,26 @@ class Surface:
     factor: int
     shape: tuple[int, int]
 
-    def basis(self, directions: NDArray[Any]) -> NDArray[np.float32]:
-        """Return what a lamp of strength 1 does from each of n directions, (n, h, w)."""
-        facing = np.moveaxis(self.normals, -1, 0).reshape(3, -1)
+    def basis(self, directions: NDArray[Any], at: NDArray[np.intp] | slice = _ALL) -> NDArray[np.float32]:
+        """Return what a lamp of strength 1 does from each of n directions, (n, m); `at` is by rows."""
+        facing = self.normals.reshape(-1, 3)[at].T
+        horizon = self.horizon.reshape(len(self.horizon), -1)[:, at]
         with one_blas_thread():
             made: NDArray[np.float32] = np.maximum(directions.astype(np.float32) @ facing, 0)
-        made = made.reshape(len(directions), *self.normals.shape[:2])
         for does, lamp in zip(made, directions, strict=True):
-            does *= visible(self.horizon, lamp)
+            does *= visible(horizon, lamp)
         return made
-
-    @cached_property
-    def under_dome(self) -> NDArray[np.float32]:
-        """What each lamp of the dome does, (100, h, w)."""
-        return self.basis(DOME)
 
     def lit(self, lamps: Lamps) -> NDArray[np.float32]:
         """Return the brightness that lamps make, and if they have colours, those: (h, w, 1) or (h, w, 4)."""
         weights = lamps.weights[:, None]
         if lamps.colors is not None:
             weights = np.hstack([weights, lamps.colors])
-        basis = self.under_dome if lamps.directions is DOME else self.basis(lamps.directions)
+        burning = weights.any(axis=1)  # of those that were found, few are
+        basis = self.basis(lamps.directions[burning])
         with one_blas_thread():
-            made = weights.T.astype(np.float32) @ basis.reshape(len(basis), -1)
-        return np.ascontiguousarray(made.T).reshape(*basis.shape[1:], -1)
+            made = weights[burning].T.astype(np.float32) @ basis
+        return np.ascontiguousarray(made.T).reshape(*self.normals.shape[:2], -1)
 
     def enlarged(self, planes: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return planes of this surface, (h, w, k), at the size of the photo, (H, W, k)."""
@@ -132,6 +128,17 @@ def surface_of(shape: FaceShape, iod: float) -> Surface:
     depth = reduced(shape.depth, factor) / factor
     solid = reduced(shape.head.astype(np.float32), factor) > 0.5
     return Surface(normals, horizons(depth, solid, iod / factor), factor, shape.inside.shape)
+
+
+def samples(count: int) -> slice:
+    """Return which of so many pixels a fit looks at.
+
+    Examples
+    --------
+    >>> samples(100), samples(10000)
+    (slice(None, None, 1), slice(None, None, 3))
+    """
+    return slice(None, None, max(1, -(-count // _SAMPLES)))
 
 
 def fit_lamps(
@@ -176,9 +183,9 @@ def fit_lamps(
     >>> bool(np.arctan2(-towards[0], -towards[2]) > 0.7)
     True
     """
-    step = max(1, -(-len(basis) // _SAMPLES))
-    does = np.ascontiguousarray(basis.T[:, ::step], np.float32)  # lamp by lamp
-    brightness, weight = (np.asarray(one[::step], np.float32) for one in (brightness, weight))
+    some = samples(len(basis))
+    does = np.ascontiguousarray(basis.T[:, some], np.float32)  # lamp by lamp
+    brightness, weight = (np.asarray(one[some], np.float32) for one in (brightness, weight))
     count = len(does)
     scale = max(float(quantile(brightness, 0.9)), 1e-9)
     wanted = brightness / scale

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from relit.light.dome import DOME, Lamps, fit_lamps, surface_of
+from relit.light.dome import DOME, Lamps, fit_lamps, samples, surface_of
 from relit.photo.color import luma
 from relit.photo.curves import log
 from relit.photo.filters import gaussian
@@ -80,7 +80,7 @@ class LitFace:
         Where they leave it darker than some of its brightest, that counts: less is no base for a ratio.
         Nowhere is it brighter than `most`.
         """
-        made = self.surface.lit(lamps)
+        made = self._made if lamps is self.lamps else self.surface.lit(lamps)
         least = (_DARKEST_SHADE if self.encoded else _DARKEST_AS_IS) * self._quantile(made[..., 0], BRIGHTEST)
         least = max(least, _DARKEST)
         shade = log(np.clip(made[..., :1], least, max(most, least)))
@@ -95,7 +95,12 @@ class LitFace:
 
     def most(self) -> float:
         """Return the most that the lamps make of this face where it shows skin."""
-        return self._quantile(self.surface.lit(self.lamps)[..., 0], _NEARLY_ALL)
+        return self._quantile(self._made[..., 0], _NEARLY_ALL)
+
+    @cached_property
+    def _made(self) -> NDArray[np.float32]:
+        """What its own lamps make of its surface: as of `Surface.lit`."""
+        return self.surface.lit(self.lamps)
 
     def _quantile(self, made: Plane, share: float) -> float:
         """Return what of so large a share of the skin is less."""
@@ -162,28 +167,32 @@ def explain(planes: NDArray[Any], shape: FaceShape, weight: Plane, iod: float, *
     light, surface = linear(planes, encoded), surface_of(shape, iod)
     brightness = gaussian(brightness_of(light), _GRAIN * iod)
     counts = reduced(weight, surface.factor)
-    skin = counts > 0.5 if np.any(counts > 0.5) else np.ones(counts.shape, bool)
-    under_dome = surface.under_dome.reshape(len(DOME), -1)
-    basis, counts = under_dome.take(np.flatnonzero(skin), axis=1).T, counts[skin]
-    weights = fit_lamps(basis, reduced(brightness, surface.factor)[skin], counts)
+    skin = np.flatnonzero(counts > 0.5 if np.any(counts > 0.5) else np.ones(counts.shape, bool))
+    some = skin[samples(len(skin))]
+    basis, counts = surface.basis(DOME, some).T, counts.ravel()[some]
+    weights = fit_lamps(basis, reduced(brightness, surface.factor).ravel()[some], counts)
     colors = None
     if light.ndim == 3:
-        hue = gaussian(light, _HUE_GRAIN * iod)
-        colors = _colored(basis, reduced(hue, surface.factor)[skin], counts, weights)
+        hue = reduced(gaussian(light, _HUE_GRAIN * iod), surface.factor).reshape(-1, 3)
+        hue = hue[skin] / np.maximum(luma(hue[skin]), np.float32(_DARKEST))[:, None]
+        colors = _colored(basis, hue[samples(len(skin))], counts, weights, median(hue))
     return LitFace(surface, brightness, weight, Lamps(DOME, weights, colors), encoded)
 
 
 def _colored(
-    basis: NDArray[np.float32], light: NDArray[np.float32], counts: Plane, weights: NDArray[np.float64]
+    basis: NDArray[np.float32],
+    hue: NDArray[np.float32],
+    counts: Plane,
+    weights: NDArray[np.float64],
+    gains: NDArray[np.float32],
 ) -> NDArray[np.float64]:
     """Return the lamps of red, green and blue.
 
     What they explain is the colour alone, at the brightness that the lamps make: where a person's albedo, or
-    the shape, is off, all channels are.
+    the shape, is off, all channels are. Before they are found, all have the same colour, `gains`.
     """
-    hue = light / np.maximum(luma(light), np.float32(_DARKEST))[:, None]
     with one_blas_thread():
-        made, gains = basis @ weights, median(hue)
+        made = basis @ weights
     fits = [
         fit_lamps(basis, channel * made, counts, prior=weights * gain, tied=_TIED)
         for channel, gain in zip(hue.T, gains.tolist(), strict=True)
