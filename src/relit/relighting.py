@@ -267,7 +267,9 @@ def _lighting(seen: Seen, light: _Light, made: Relit | LightChange, options: Tra
 
 def _adjust(seen: Seen, lightings: Sequence[Lighting], options: TransferOptions) -> NDArray[np.float32]:
     """Return the change that most lights agree on, as bright, coloured and strong as the options want it."""
-    change = np.median([lighting.filled for lighting in lightings], axis=0)
+    change = lightings[0].filled
+    if len(lightings) > 1:
+        change = np.median([lighting.filled for lighting in lightings], axis=0)
     weights = seen.space.weights(change.shape[2])
     change = controlled(change, seen.base, seen.view.regions.interior, weights, options)
     if not options.mask:

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from relit.compose.guided_filter import fit_lines
+from relit.photo.channels import repeated
 from relit.photo.pixels import DARKEST, from_unit, full_of, to_unit
 from relit.photo.resampling import Enlarger
 from relit.runtime.threads import available, pool
@@ -61,7 +62,7 @@ def blend(
     """
     image = in_rgb(target) if space.coloring else target.copy()
     part, whole = image[view.window], target[view.window]
-    made = change if mask is None else change * mask[..., None]
+    made = change if mask is None else change * repeated(mask, change.shape[2])
     slope, offset = _lines(made, base) if view.factor > 1 else (None, made)
 
     def work(block: _Block) -> None:

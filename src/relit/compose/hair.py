@@ -8,6 +8,7 @@ import numpy as np
 
 from relit.compose.matte import skin_share
 from relit.compose.person_matte import person_area
+from relit.photo.channels import repeated
 from relit.photo.color import brightest
 from relit.photo.curves import log
 from relit.photo.filters import closed, gaussian
@@ -63,14 +64,16 @@ def sparing_hair(change: NDArray[np.float32], base: NDArray[np.float32], view: V
     -------
     (h, w, k) float32 array
     """
-    part = hair(view)[..., None]
+    count, wide = change.shape[2], _CALM * view.regions.interocular_distance
     # A neck's light that goes on as it is would be a coloured spot on a shirt.
-    cloth, wide = part * _below_chin(view.regions)[..., None], _CALM * view.regions.interocular_distance
-    around = blurred(change * cloth, wide) / np.maximum(blurred(cloth, wide), 1e-2)
+    cloth = hair(view) * _below_chin(view.regions)
+    near = repeated(np.maximum(blurred(cloth, wide), np.float32(1e-2)), count)
+    part, cloth = (repeated(plane, count) for plane in (hair(view), cloth))
+    around = blurred(change * cloth, wide) / near
     calm = change + cloth * (around - change)
-    bright = brightest(calm)[..., None]
+    bright = repeated(brightest(calm), count)
     spared = bright * (1 - _SPARED * part) + (calm - bright) * (1 - _SPARED_HUE * part)
-    beyond_white = np.maximum(brightest(log(base) + spared), 0)[..., None]
+    beyond_white = repeated(np.maximum(brightest(log(base) + spared), 0), count)
     return np.asarray(spared - part * beyond_white, np.float32)
 
 

@@ -14,6 +14,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 from relit.compose.guided_filter import guided_filter
+from relit.photo.channels import repeated
 from relit.photo.filters import closed, distance_from, gaussian
 from relit.photo.resampling import Enlarger, reduced
 from relit.runtime.memo import remembered
@@ -135,5 +136,5 @@ def sparing_whites(change: NDArray[np.float32], view: View, space: PlaneSpace) -
     white, share = eyes_and_teeth(view)
     if space.color_space == "rgb" and change.shape[2] == 3:
         brightness = (change @ space.weights(3))[..., None]
-        change = change + white[..., None] * (brightness - change)
-    return change * share[..., None]
+        change = change + repeated(white, 3) * (brightness - change)
+    return np.asarray(change * repeated(share, change.shape[2]))
