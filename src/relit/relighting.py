@@ -20,10 +20,9 @@ from relit.compose.hair import sparing_hair
 from relit.compose.matte import sparing_whites
 from relit.compose.share import share_of_change
 from relit.errors import OptionError
-from relit.face.shape import face_shape
 from relit.face.trust import known, skin_shown
 from relit.inputs import as_photo, as_photos, check_region_mask, check_second, given_references, look
-from relit.light.rendering import render
+from relit.light.rendering import Rendered
 from relit.ltv.decomposition import lam_in_px
 from relit.methods import RELIGHT
 from relit.methods.light_change import LightChange
@@ -178,9 +177,8 @@ def transfer(
 class _Light(NamedTuple):
     """A reference, or a face rendered in the light that the options name, as it lies on the view."""
 
-    warped: NDArray[Any]
+    laid: Alignment | Rendered
     reference: Reference | None
-    alignment: Alignment | None
     second_alignment: Alignment | None
 
 
@@ -188,12 +186,8 @@ def _warp(seen: Seen, reference: Reference | None, options: TransferOptions) -> 
     """Lay a reference over the view, or render the light that the options name on the target's shape."""
     second = None if seen.second is None else _laid_over(seen, seen.second, options)
     if reference is not None:
-        alignment = _laid_over(seen, reference, options)
-        return _Light(alignment.warped, reference, alignment, second)
-    face = seen.view.regions
-    lamp = studio_light(options.light or "")
-    rendered = render(face_shape(face.landmarks, face.shape), lamp, face.interocular_distance)
-    return _Light(rendered, None, None, second)
+        return _Light(_laid_over(seen, reference, options), reference, second)
+    return _Light(Rendered(seen.view.regions, studio_light(options.light or "")), None, second)
 
 
 def _laid_over(seen: Seen, reference: Reference, options: TransferOptions) -> Alignment:
@@ -217,7 +211,7 @@ def _relight(seen: Seen, light: _Light, options: TransferOptions) -> Relit | Lig
     return RELIGHT[options.method](
         Scene(
             target=seen.space.of_target(seen.view.pixels),
-            reference=planes(light.warped),
+            laid=None if shading and reference is None else planes(light.laid.warped),
             face=seen.view.regions,
             reference_landmarks=(reference or seen.view).landmarks,
             lam=seen.lam,
@@ -225,8 +219,8 @@ def _relight(seen: Seen, light: _Light, options: TransferOptions) -> Relit | Lig
             second=planes(second.warped) if second else None,
             rendered=reference is None,
             own=planes(reference.photo.pixels) if reference and options.splits_alone else None,
-            alignment=light.alignment,
-            encoded=light.warped.ndim == 3 or seen.view.pixels.ndim == 3,
+            alignment=light.laid if isinstance(light.laid, Alignment) else None,
+            encoded=bool(reference and light.laid.warped.ndim == 3) or seen.view.pixels.ndim == 3,
             skin=skin_shown(seen.view) if shading else None,
             like_skin=seen.view.skin_likeness if shading else None,
             reference_skin=_trusted(seen, light, narrow=True) if shading and reference else None,
@@ -236,8 +230,9 @@ def _relight(seen: Seen, light: _Light, options: TransferOptions) -> Relit | Lig
 
 def _trusted(seen: Seen, light: _Light, *, narrow: bool = False) -> NDArray[np.float32]:
     """Return where a light can be trusted to fall on skin, in the target and in the reference."""
-    inside = light.alignment.inside if light.alignment else np.ones(light.warped.shape[:2], bool)
-    return known(seen.view, light.warped, inside, rendered=light.reference is None, narrow=narrow)
+    laid = light.laid
+    inside = laid.inside if isinstance(laid, Alignment) else np.ones(laid.warped.shape[:2], bool)
+    return known(seen.view, laid.warped, inside, rendered=light.reference is None, narrow=narrow)
 
 
 def _lighting(seen: Seen, light: _Light, made: Relit | LightChange, options: TransferOptions) -> Lighting:
@@ -251,8 +246,7 @@ def _lighting(seen: Seen, light: _Light, made: Relit | LightChange, options: Tra
         trust = _trusted(seen, light)
         filled = carried_on(change, trust, seen.view.regions.interocular_distance)
     return Lighting(
-        warped=light.warped,
-        alignment=light.alignment,
+        laid=light.laid,
         second_alignment=light.second_alignment,
         change=change,
         filled=filled,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from relit.light.lamps import panorama
 from relit.photo.pixels import size_and_dtype
+from relit.warp.alignment import Alignment
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -17,9 +18,9 @@ if TYPE_CHECKING:
     from relit.face.landmarks import Landmarks
     from relit.face.views import View, Window
     from relit.light.dome import Lamps
+    from relit.light.rendering import Rendered
     from relit.ltv.decomposition import Decomposition
     from relit.settings.options import TransferOptions
-    from relit.warp.alignment import Alignment
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,10 +29,9 @@ class Lighting:
 
     Attributes
     ----------
-    warped : (h, w) or (h, w, 3) array
-        The reference laid over the target; of a light by name, a face of one albedo in it.
-    alignment : Alignment or None
-        How it was laid, from the reference reduced to the size that its face needs; None of a light by name.
+    laid : Alignment or Rendered
+        How the reference lies over the target, from it reduced to the size that its face needs; of a light by
+        name, a face of one albedo in it.
     second_alignment : Alignment or None
         The same of a second reference.
     change : (h, w, k) float32 array
@@ -53,8 +53,7 @@ class Lighting:
         bright as the first.
     """
 
-    warped: NDArray[Any]
-    alignment: Alignment | None
+    laid: Alignment | Rendered
     second_alignment: Alignment | None
     change: NDArray[np.float32]
     filled: NDArray[np.float32]
@@ -64,6 +63,16 @@ class Lighting:
     target_split: Decomposition | None
     reference_split: Decomposition | None
     layers: Mapping[str, NDArray[np.float32]]
+
+    @property
+    def warped(self) -> NDArray[Any]:
+        """The reference laid over the target, (h, w) or (h, w, 3); of a light by name, a face drawn in it."""
+        return self.laid.warped
+
+    @property
+    def alignment(self) -> Alignment | None:
+        """How the reference was laid; None of a light by name."""
+        return self.laid if isinstance(self.laid, Alignment) else None
 
     def __repr__(self) -> str:
         """Return the size of the view, and how much of the change is known."""

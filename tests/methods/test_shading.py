@@ -83,7 +83,7 @@ def test_a_face_is_relit_as_it_would_be_lit(rendered, own, light):
 def test_a_photo_in_its_own_light_stays(rendered):
     scene, _ = rendered(FRONT, LEFT)
     face = scene.face.interior
-    same = dataclasses.replace(scene, reference=scene.target)
+    same = dataclasses.replace(scene, laid=scene.target)
     np.testing.assert_allclose(relight(same).planes[face], scene.target[face], atol=0.02)
 
 
@@ -103,7 +103,7 @@ def test_the_complexion_of_the_reference_does_not_matter(rendered):
         for one, skin in ((light, (1, 0.9, 0.8)), (light, (0.4, 0.3, 0.23)), (own, (0.9, 0.6, 0.5)))
     )
     results = [
-        relight(dataclasses.replace(scene, target=target, reference=reference)).planes[face]
+        relight(dataclasses.replace(scene, target=target, laid=reference)).planes[face]
         for reference in (pale, dark)
     ]
     np.testing.assert_allclose(*results, atol=0.03)
@@ -120,9 +120,7 @@ def test_a_lamps_colour_comes_along_and_a_skins_does_not(rendered, ball):
     both = shades[0] * [0.8, 0.8, 0.8] + shades[1] * [0.3, 0.5, 0.9] + 0.03
     target = light_of(scene.target)[..., None] * [0.9, 0.55, 0.4]
     relit = relight(
-        dataclasses.replace(
-            scene, target=encoded(target), reference=encoded(both * [0.7, 0.6, 0.5]), encoded=True
-        )
+        dataclasses.replace(scene, target=encoded(target), laid=encoded(both * [0.7, 0.6, 0.5]), encoded=True)
     ).planes
     hue = np.log(light_of(relit) / target)
     blue = (hue[..., 2] - hue[..., 0])[inner]
@@ -135,7 +133,7 @@ def test_a_lamps_colour_comes_along_and_a_skins_does_not(rendered, ball):
 def test_exposure_is_kept_taken_or_half_of_both(rendered):
     scene, _ = rendered(FRONT, FRONT)
     face = scene.face.interior
-    weak = dataclasses.replace(scene, reference=encoded(light_of(scene.reference) / 3))
+    weak = dataclasses.replace(scene, laid=encoded(light_of(scene.reference) / 3))
 
     def brightness(**options):
         scene = dataclasses.replace(weak, options=TransferOptions(**options))
@@ -155,7 +153,7 @@ def test_tint_is_the_share_of_the_references_colour(rendered):
     orange = dataclasses.replace(
         scene,
         target=np.dstack([scene.target] * 3),
-        reference=encoded(light_of(scene.reference)[..., None] * [1, 0.7, 0.4]),
+        laid=encoded(light_of(scene.reference)[..., None] * [1, 0.7, 0.4]),
     )
 
     def red_over_blue(tint):
@@ -174,7 +172,7 @@ def test_a_grey_target_takes_the_colours(rendered):
     face = scene.face.interior
     colors = encoded(light_of(scene.reference)[..., None] * [1, 0.7, 0.5])
     for exposure in ("keep", "take"):
-        given = dataclasses.replace(scene, reference=colors, options=TransferOptions(exposure=exposure))
+        given = dataclasses.replace(scene, laid=colors, options=TransferOptions(exposure=exposure))
         light = light_of(relight(given).planes)[face]
         assert np.median(light[:, 0] / light[:, 2]) == pytest.approx(2, rel=0.1)
 
@@ -202,7 +200,7 @@ def test_the_targets_light_and_the_person_make_up_the_target(rendered):
         scene, _ = rendered(LEFT, FRONT)
         if coloured:
             target = encoded(light_of(scene.target)[..., None] * [0.9, 0.6, 0.5])
-            scene = dataclasses.replace(scene, target=target, reference=np.dstack([scene.reference] * 3))
+            scene = dataclasses.replace(scene, target=target, laid=np.dstack([scene.reference] * 3))
         layers = relight(scene).layers
         made = light_of(layers["target_light"]) * light_of(2 * layers["person"])
         inside = scene.face.interior
@@ -220,7 +218,7 @@ def test_the_targets_light_and_the_person_make_up_the_target(rendered):
 
 def test_black_photos_are_relit(rendered):
     scene, _ = rendered(FRONT, LEFT)
-    for role in ("target", "reference"):
+    for role in ("target", "laid"):
         black = dataclasses.replace(scene, **{role: np.zeros_like(scene.target)})
         assert np.isfinite(relight(black).planes).all()
 

@@ -7,10 +7,13 @@ photo, cast shadows included, and no person.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from relit.face.shape import face_shape
 from relit.photo.filters import gaussian
 from relit.photo.pixels import GAMMA
 from relit.photo.resampling import Enlarger, reduced
@@ -18,6 +21,7 @@ from relit.photo.resampling import Enlarger, reduced
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from relit.face.regions import FaceRegions
     from relit.face.shape import FaceShape
     from relit.settings.studio_lights import StudioLight
 
@@ -30,6 +34,27 @@ _SOFT = 10.0  # degrees from the middle of the lamp to its rim: a softbox
 _RIM = 6  # rays towards it
 _MARCHED = 40.0  # px between the eyes where rays are marched: shadows are soft
 _PENUMBRA = 0.05  # interocular distances that the steps between the rays' shadows are blurred over
+
+
+@dataclass(frozen=True, eq=False)
+class Rendered:
+    """A face of one albedo in a light by name: nobody's reference, drawn when it is first asked for.
+
+    Attributes
+    ----------
+    face : FaceRegions
+        Where it is.
+    light : StudioLight
+    """
+
+    face: FaceRegions
+    light: StudioLight
+
+    @cached_property
+    def warped(self) -> NDArray[np.float32]:
+        """As of `render`."""
+        face = self.face
+        return render(face_shape(face.landmarks, face.shape), self.light, face.interocular_distance)
 
 
 def render(shape: FaceShape, light: StudioLight, iod: float) -> NDArray[np.float32]:

@@ -33,9 +33,9 @@ class Scene:
 
     Attributes
     ----------
-    target, reference : (H, W) or (H, W, 3) array
-        Planes of the target, and of the reference laid over it. A target of one plane serves all three of a
-        reference.
+    target, laid : (H, W) or (H, W, 3) array
+        Planes of the target, and of the reference laid over it: None of a light by name, for a method that
+        needs its lamps alone. A target of one plane serves all three of a reference.
     face : FaceRegions
         Where the target's face is.
     reference_landmarks : Landmarks
@@ -60,7 +60,7 @@ class Scene:
     """
 
     target: NDArray[Any]
-    reference: NDArray[Any]
+    laid: NDArray[Any] | None
     face: FaceRegions
     reference_landmarks: Landmarks
     lam: float
@@ -75,9 +75,15 @@ class Scene:
     like_skin: NDArray[np.float32] | None = None
 
     @property
+    def reference(self) -> NDArray[Any]:
+        """Planes of the reference laid over the target."""
+        assert self.laid is not None
+        return self.laid
+
+    @property
     def lam_px(self) -> float:
         """λ in px⁻¹; where it is so small that the light has no details at all, as large as that may be."""
-        side: int = max(*self.target.shape, *self.reference.shape)
+        side: int = max(self.target.shape)
         return max(lam_in_px(self.lam, self.face.interocular_distance), 1 / (_BEYOND * side))
 
 
