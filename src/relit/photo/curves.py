@@ -60,6 +60,22 @@ def squared_length(vectors: NDArray[Any]) -> NDArray[Any]:
     return np.asarray(vectors**2 @ np.ones(vectors.shape[-1], vectors.dtype))
 
 
+def squared_distances(points: NDArray[Any], others: NDArray[Any]) -> NDArray[Any]:
+    """Return the squared distances of points, (n, k), from others, (m, k): (n, m).
+
+    Examples
+    --------
+    >>> squared_distances(np.array([[0.0, 0.0]]), np.array([[3.0, 4.0], [0.0, 1.0]])).tolist()
+    [[25.0, 1.0]]
+    """
+    total = np.zeros((len(points), len(others)), points.dtype)
+    for axis in range(points.shape[1]):
+        apart = np.subtract.outer(points[:, axis], others[:, axis])
+        apart *= apart
+        total += apart
+    return total
+
+
 def _each(function: Callable[..., Any], values: NDArray[Any], *more: float) -> NDArray[Any]:
     given = np.ascontiguousarray(values)
     if given.size == 0:
