@@ -68,12 +68,13 @@ def squared_distances(points: NDArray[Any], others: NDArray[Any]) -> NDArray[Any
     >>> squared_distances(np.array([[0.0, 0.0]]), np.array([[3.0, 4.0], [0.0, 1.0]])).tolist()
     [[25.0, 1.0]]
     """
-    total = np.zeros((len(points), len(others)), points.dtype)
-    for axis in range(points.shape[1]):
+    total = np.subtract.outer(points[:, 0], others[:, 0])
+    total *= total
+    for axis in range(1, points.shape[1]):
         apart = np.subtract.outer(points[:, axis], others[:, axis])
         apart *= apart
         total += apart
-    return total
+    return np.asarray(total)
 
 
 def _each(function: Callable[..., Any], values: NDArray[Any], *more: float) -> NDArray[Any]:

@@ -70,13 +70,15 @@ def _weights(place: Floats) -> Floats:
 
 def _bends(values: Floats) -> Floats:
     """Return the second derivatives along the first axis, in units of a step, of the spline at its nodes."""
-    bends = np.empty_like(values)
-    bends[1:-1] = np.diff(values, 2, axis=0)  # right for the first and the last of these, of a not-a-knot
+    bends = np.empty(values.shape)
+    bends[1:-1] = np.diff(np.ascontiguousarray(values), 2, axis=0)  # that is all at a not-a-knot
+    bends[2:-2] *= 6
     inner = range(2, len(values) - 2)
     shares = [0.0, 0.0]
     for i in inner:  # m[i - 1] + 4 m[i] + m[i + 1] = 6 differences, by elimination
         shares.append(1 / (4 - shares[-1]))
-        bends[i] = shares[i] * (6 * bends[i] - bends[i - 1])
+        bends[i] -= bends[i - 1]
+        bends[i] *= shares[i]
     for i in reversed(inner):
         bends[i] -= shares[i] * bends[i + 1]
     bends[0] = 2 * bends[1] - bends[2]

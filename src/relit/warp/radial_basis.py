@@ -38,7 +38,8 @@ class Basis:
 
     def __call__(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return Φ T at (k, 2) points: (k, n), of each center φᵢ, or of a twin φᵢ - φⱼ."""
-        square = squared_distances(points, self.centers) / self.scale**2
+        square = squared_distances(points, self.centers)
+        square /= self.scale**2
         basis = self._phi(square)
         twins, earlier = self._twins
         if len(twins):
