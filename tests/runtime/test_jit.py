@@ -63,10 +63,10 @@ def test_first_use_of_a_solver_is_announced_on_a_terminal_once(tmp_path):
     assert "compiling" not in silent.stderr
 
 
-def test_our_own_method_brings_no_compiler_along():
+def test_our_own_method_brings_neither_compiler_nor_scipy_along():
     code = (
         "import sys, relit; relit.transfer(relit.sample('target'), relit.sample('reference')); "
-        "print({'numba', 'llvmlite'} & set(sys.modules))"
+        "print({'numba', 'llvmlite', 'scipy'} & set(sys.modules))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "set()\n"

@@ -9,13 +9,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.ndimage import white_tophat
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import dijkstra
 
 from relit.compose.guided_filter import guided_filter
 from relit.photo.channels import repeated
-from relit.photo.filters import closed, distance_from, gaussian
+from relit.photo.filters import closed, distance_from, gaussian, opened
 from relit.photo.resampling import Enlarger, reduced
 from relit.runtime.memo import remembered
 from relit.solver.neighborhoods import paired
@@ -86,6 +83,10 @@ def _away(colors: NDArray[np.float32], face: FaceRegions) -> NDArray[np.float32]
 
     Sideways it is farther than down: beyond the ears there is no skin, below the chin there is a neck.
     """
+    # Their import takes long, and our own method seldom asks for them.
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import dijkstra
+
     inside, up, iod = face.inside, face.up, face.interocular_distance
     cell = max(round(iod / _CELLS), 1)
     small = reduced(colors, cell)
@@ -127,7 +128,7 @@ def eyes_and_teeth(view: View) -> tuple[NDArray[np.float32], NDArray[np.float32]
     hulls = view.regions.hulls(("eyes", "inner_mouth"))
     white = gaussian(hulls, _EDGE * iod / 4)
     size = 2 * max(round(_GLINT_SIZE * iod), 1) + 1
-    glint = np.clip(white_tophat(view.brightness, (size, size)) / _GLINT - 1, 0, 1)
+    glint = np.clip((view.brightness - opened(view.brightness, size)) / _GLINT - 1, 0, 1)
     return white, np.asarray(1 - white * np.maximum(1 - _WHITE, glint), np.float32)
 
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
-from scipy.ndimage import binary_dilation, label
 
 from relit.compose.matte import matte
 from relit.face.outline import across, face_outline
@@ -123,7 +123,7 @@ def _fade(face: FaceRegions, reach: tuple[float, float]) -> NDArray[np.float32]:
 def _alone(view: View) -> bool:
     """Return whether nobody else is seen above the chin of a face."""
     face = view.regions
-    groups, _ = label((person(view) > 0.5) & (face.height >= 0))
+    groups = _groups((person(view) > 0.5) & (face.height >= 0))
     counts = np.bincount(groups.ravel())
     counts[np.unique(groups[face.inside])] = 0
     return bool(counts[1:].sum() < _OTHERS * face.inside.sum())
@@ -192,12 +192,20 @@ def _joined(
     above = columns * up[0] + (rows * up[1])[:, None] >= (outline @ up).min()
     others = np.zeros_like(persons)
     for part in (persons, persons & above):
-        groups, _ = label(part)
+        groups = _groups(part)
         counts = np.bincount(groups[face])
         counts[0] = 0
         others |= part & (groups != counts.argmax())
-    others = binary_dilation(others, iterations=3) & (others | ~persons)  # with their edges
+    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    around = cv2.dilate(others.view(np.uint8), cross, iterations=3).view(np.bool_)
+    others = around & (others | ~persons)  # with their edges
     return gaussian(~others, 1.0)
+
+
+def _groups(mask: NDArray[np.bool_]) -> NDArray[np.int32]:
+    """Return which connected part of a mask each pixel is of, 0 off it."""
+    _, groups = cv2.connectedComponents(mask.view(np.uint8), connectivity=4)
+    return np.asarray(groups, np.int32)
 
 
 def _between(

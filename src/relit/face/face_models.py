@@ -26,7 +26,6 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import cv2
 import numpy as np
 from PIL import Image
-from scipy.special import expit
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -94,7 +93,7 @@ def see_mesh(
         points, presence, _ = _run("face_landmarks_detector.tflite", _brightened(crop, gamma))
         unit = points.reshape(478, 3).astype(np.float64) / _MESH_SIDE
         placed = np.column_stack([square.to_photo(unit[:, :2]), unit[:, 2] * square.side])
-        seen.append((placed, float(expit(np.float64(presence.item())))))
+        seen.append((placed, _chance(presence.astype(np.float64)).item()))
     return seen
 
 
@@ -126,7 +125,7 @@ def decode_boxes(
     scores : (n,) array
         The best probability of each.
     """
-    chance = expit(scores.ravel().astype(np.float64))
+    chance = _chance(scores.ravel().astype(np.float64))
     likely = np.flatnonzero(chance >= least_score)
     order = likely[np.argsort(-chance[likely], kind="stable")]
     boxes, chance = regressors.reshape(-1, 8, 2)[order].astype(np.float64) / _BOX_SIDE, chance[order]
@@ -153,6 +152,11 @@ def anchors() -> NDArray[np.float64]:
         cells = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
         grids.append(np.repeat(cells, count, axis=0))
     return np.concatenate(grids)
+
+
+def _chance(score: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the probability of a score, 1 / (1 + e⁻ˢ), that of none so large that it overflows."""
+    return np.asarray((1 + np.tanh(score / 2)) / 2)
 
 
 def overlap(box: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:

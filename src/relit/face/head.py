@@ -17,14 +17,14 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import cv2
 import numpy as np
-from scipy.ndimage import distance_transform_edt
-from scipy.spatial.distance import cdist
-from scipy.spatial.transform import Rotation
 
 from relit.face.landmarks import Landmarks
 from relit.face.rasterizer import Raster, rasterize
 from relit.face.template_head import template_head, vertex_normals
+from relit.photo.channels import squared_distances
+from relit.photo.nearest import nearest_in
 from relit.runtime.memo import remembered
 from relit.runtime.threads import one_blas_thread
 
@@ -79,9 +79,10 @@ def seen_head(landmarks: Landmarks, shape: tuple[int, ...], of: Landmarks) -> Se
     """
     triangles = template_head().triangles
     surface = fitted(of)
-    raster, covered, nearest = _raster_of(landmarks, shape[:2])
-    if not covered.any():
+    drawn = _raster_of(landmarks, shape[:2])
+    if drawn is None:
         return None
+    raster, covered, nearest = drawn
     seen = raster.seen(np.column_stack([vertex_normals(surface, triangles), surface[:, 2]]), triangles)
     # Interpolated over a facet at the rim, or of another pose, they may look a little away.
     seen[:, 2] = np.minimum(seen[:, 2], 0)
@@ -91,13 +92,14 @@ def seen_head(landmarks: Landmarks, shape: tuple[int, ...], of: Landmarks) -> Se
 @remembered
 def _raster_of(
     landmarks: Landmarks, shape: tuple[int, ...]
-) -> tuple[Raster, NDArray[np.bool_], NDArray[np.intp]]:
-    """Return a head as it is drawn, where it is, and which of its pixels each one is nearest to."""
+) -> tuple[Raster, NDArray[np.bool_], NDArray[np.intp]] | None:
+    """Return a head as it is drawn, where it is, and which of its pixels each one is nearest to; or None."""
     raster = rasterize(fitted(landmarks), template_head().triangles, shape)
     covered = raster.covered
-    rows, columns = distance_transform_edt(~covered, return_distances=False, return_indices=True)
-    number = np.cumsum(covered).reshape(shape) - 1
-    return raster, covered, number[rows, columns]
+    if not covered.any():
+        return None
+    number = np.cumsum(covered) - 1
+    return raster, covered, number[nearest_in(covered)]
 
 
 @remembered
@@ -197,10 +199,10 @@ def turn_between(one: Landmarks, other: Landmarks) -> NDArray[np.float64]:
             turn / np.cbrt(np.linalg.det(turn))
             for turn, _ in (pose(template.landmarks, face.points[template.rows]) for face in (one, other))
         )
-        turn = Rotation.from_matrix(first.T @ second)
-    angle = float(np.degrees(turn.magnitude()))
+        axis, _ = cv2.Rodrigues(first.T @ second)  # as long as the angle is large
+    angle = float(np.degrees(np.linalg.norm(axis)))
     share = np.clip((angle - _LITTLE) / (_MUCH - _LITTLE), 0, 1)
-    return np.asarray(Rotation.from_rotvec(share * turn.as_rotvec()).as_matrix())
+    return np.asarray(cv2.Rodrigues(share * axis)[0])
 
 
 def pose(points: NDArray[Any], there: NDArray[Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -238,7 +240,7 @@ def _bend() -> _Bend:
     template = template_head()
     return _Bend(
         np.column_stack(
-            [-cdist(template.vertices, template.landmarks), np.ones(len(template.vertices))]
+            [-_distances(template.vertices, template.landmarks), np.ones(len(template.vertices))]
         ).astype(np.float32),
         _solution(template.landmarks, _SMOOTHING),
         _solution(template.landmarks, _SMOOTHING_OF_DEPTH),
@@ -249,6 +251,10 @@ def _solution(points: NDArray[np.float64], smoothing: float) -> NDArray[np.float
     """Return the matrix from values at points to the spline's weights there, and its constant."""
     n = len(points)
     system = np.ones((n + 1, n + 1))
-    system[:n, :n] = smoothing * np.eye(n) - cdist(points, points)
+    system[:n, :n] = smoothing * np.eye(n) - _distances(points, points)
     system[n, n] = 0
     return np.asarray(np.linalg.inv(system)[:, :n])
+
+
+def _distances(points: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(np.sqrt(squared_distances(points, others)))

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, get_args
 
 import numpy as np
-from scipy.spatial import ConvexHull, cKDTree
 
 from relit.errors import LandmarkError
+from relit.face.hull import convex_hull, polygon_area
 from relit.face.schemes import SCHEMES, SchemeName
+from relit.photo.channels import squared_distances
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -105,7 +106,7 @@ class Landmarks:
         hull's area over 2.0, which is what the two come to on whole faces.
         """
         if (eyes := self.eyes) is None:
-            return float(np.sqrt(ConvexHull(self.xy).volume) / _ROOT_AREA_PER_IOD)
+            return float(np.sqrt(polygon_area(convex_hull(self.xy))) / _ROOT_AREA_PER_IOD)
         return float(np.linalg.norm(eyes[1] - eyes[0]))
 
     @property
@@ -197,7 +198,8 @@ def check_pair(target: Landmarks, reference: Landmarks) -> None:
             f"{len(target)} points ({target.scheme}), the reference has {len(reference)} "
             f"({reference.scheme}); give both from files of one scheme, or let both be detected"
         )
-    for first, second in cKDTree(target.xy).query_pairs(1e-9):
+    near = np.triu(squared_distances(target.xy, target.xy) <= 1e-9**2, 1)
+    for first, second in np.argwhere(near):
         if np.abs(reference.xy[first] - reference.xy[second]).max() > 1e-9:
             raise LandmarkError(
                 f"target_landmarks: points {first} and {second} are duplicates, but their reference points "

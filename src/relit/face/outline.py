@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from PIL import Image, ImageDraw
-from scipy.spatial import ConvexHull
 
+from relit.face.hull import convex_hull
 from relit.face.landmarks import Landmarks
 from relit.face.schemes import SCHEMES
 
@@ -53,7 +53,7 @@ def face_outline(landmarks: Landmarks) -> NDArray[np.float64]:
         x, y = across(landmarks)
         up = np.array([y, -x])
         points = np.vstack([points, brows + _FOREHEAD * landmarks.interocular_distance * up])
-    return np.asarray(points[ConvexHull(points).vertices])
+    return convex_hull(points)
 
 
 def feature_hulls(landmarks: Landmarks, names: tuple[str, ...]) -> list[NDArray[np.float64]]:
@@ -72,7 +72,7 @@ def feature_hulls(landmarks: Landmarks, names: tuple[str, ...]) -> list[NDArray[
             continue
         points = landmarks.xy[list(landmarks.groups[name])]
         left = points[:, 0] > np.median(points[:, 0]) if name in IN_PAIRS else np.zeros(len(points), bool)
-        hulls += [side[ConvexHull(side).vertices] for side in (points[left], points[~left]) if len(side) > 2]
+        hulls += [convex_hull(side) for side in (points[left], points[~left]) if len(side) > 2]
     return hulls
 
 

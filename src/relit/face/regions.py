@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from statistics import NormalDist
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import ConvexHull
-from scipy.special import ndtr
 
 from relit.errors import LandmarkError
+from relit.face.hull import convex_hull
 from relit.face.landmarks import Landmarks
 from relit.face.outline import IN_PAIRS, across, drawn, face_outline, feature_hulls
 from relit.photo.filters import distance_from, gaussian
@@ -103,7 +103,7 @@ class FaceRegions:
         brows = self.landmarks.xy[list(groups["brows"])]
         below = self.outline[self.outline @ self.up <= (brows @ self.up).max()]
         points = np.vstack([below, brows])
-        mask = drawn([points[ConvexHull(points).vertices]], self.shape)
+        mask = drawn([convex_hull(points)], self.shape)
         inner = distance_from(~mask) > _OVERHANG * self.interocular_distance
         return gaussian(inner, _CHEEK_EDGE * self.interocular_distance)
 
@@ -143,7 +143,7 @@ class FaceRegions:
         # frame's edge is not an edge of the face.
         band = max(feather * self.interocular_distance, 1.0)
         soft = gaussian(self.distance >= band / 2, band / (2 * _TAIL), edge="repeated")
-        least = float(ndtr(-_TAIL))  # what the blur leaves on a straight outline
+        least = NormalDist().cdf(-_TAIL)  # what the blur leaves on a straight outline
         return np.asarray(np.clip((soft - least) / (1 - 2 * least), 0, 1) * self.inside, np.float32)
 
     def parts(self, region: str) -> NDArray[np.float32]:
@@ -177,6 +177,8 @@ class FaceRegions:
             return np.ones(self.shape, np.float32)
         middle, right = self._halves
         if name in ("left", "right"):
+            from scipy.special import ndtr  # here alone: SciPy takes longer to be imported than all else
+
             y, x = np.indices(self.shape, np.float32)
             off = (x - middle[0]) * right[0] + (y - middle[1]) * right[1]
             off = off / (_SOFT_EDGE * self.interocular_distance)
@@ -191,7 +193,7 @@ class FaceRegions:
         on_right = (points - middle) @ right > 0
         sides = [points[on_right], points[~on_right]] if name in IN_PAIRS else [points]
         # Of a face in profile one side may have no points, and those of a chin may lie on one line.
-        hulls = [side[ConvexHull(side, qhull_options="QJ").vertices] for side in sides if len(side) > 2]
+        hulls = [convex_hull(side) for side in sides if len(side) > 2]
         margin = distance_from(drawn(hulls, self.shape))
         larger = margin <= _PART_MARGIN * self.interocular_distance
         return gaussian(larger, _SOFT_EDGE * self.interocular_distance)

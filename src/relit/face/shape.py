@@ -11,10 +11,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
-from scipy.spatial import ConvexHull, Delaunay
 
 from relit.face.head import has_head, seen_head
+from relit.face.hull import convex_hull, polygon_area
 from relit.face.landmarks import Landmarks
 from relit.face.outline import drawn, face_outline
 from relit.photo.channels import repeated, squared_length
@@ -79,6 +78,9 @@ def face_shape(landmarks: Landmarks, shape: tuple[int, ...], *, of: Landmarks | 
     >>> face_shape(ramp, (10, 10)).normals[5, 5].astype(float).round(2).tolist()
     [0.71, 0.0, -0.71]
     """
+    # Its import takes longer than all the rest, and a transfer from one photo to another does without.
+    from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
+
     xy, points = landmarks.xy, with_depth(of or landmarks)
     values = np.column_stack([_normals_at(points), points[:, 2]])
     y, x = np.indices(shape[:2])
@@ -141,18 +143,20 @@ def with_depth(landmarks: Landmarks) -> NDArray[np.float64]:
     if points.shape[1] == 3:
         return points
     outline = face_outline(landmarks)
-    hull = ConvexHull(outline)
+    hull = convex_hull(outline)
     middle = (outline.min(axis=0) + outline.max(axis=0)) / 2
     # How far out a point is, on the way from the middle to the hull: 0 there, 1 here.
-    facing = hull.equations[:, :2]
-    reach = -(hull.equations[:, 2] + facing @ middle)
+    facing = (np.roll(hull, -1, axis=0) - hull)[:, ::-1] * [1, -1]
+    reach = (facing * (hull - middle)).sum(axis=1)
     out = np.clip(((points - middle) @ facing.T / reach).max(axis=1), 0, 1)
-    height = _HEIGHT * np.sqrt(hull.volume)
+    height = _HEIGHT * np.sqrt(polygon_area(hull))
     return np.column_stack([points, -height * np.sqrt(1 - out**2)])
 
 
 def _normals_at(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the normals at points of a mesh, towards the camera: means of those of the triangles there."""
+    from scipy.spatial import Delaunay  # as above
+
     triangles = Delaunay(points[:, :2]).simplices
     a, b, c = (points[triangles[:, corner]] for corner in range(3))
     facets = np.cross(b - a, c - a)  # as long as the triangle is large

@@ -12,7 +12,8 @@ from importlib import resources
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
+
+from relit.photo.channels import squared_distances
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -70,8 +71,9 @@ def template_head() -> TemplateHead:
     there = half[:, 0] > 0
     modes = moves * (most.astype(float) / MODE_STEPS)[:, None, None]
     modes = np.concatenate([modes, modes[:, there] * [-1, 1, 1]], axis=1)
-    distance, near = cKDTree(vertices).query(landmarks, k=_NEIGHBOURS)
-    share = 1 / np.maximum(distance, 1 / STEPS) ** 2
+    square = squared_distances(landmarks, vertices)
+    near = square.argpartition(_NEIGHBOURS, axis=1)[:, :_NEIGHBOURS]
+    share = 1 / np.maximum(np.take_along_axis(square, near, axis=1), 1 / STEPS**2)
     share /= share.sum(axis=1, keepdims=True)
     return TemplateHead(
         vertices,

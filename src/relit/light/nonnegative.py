@@ -13,8 +13,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
-from scipy.linalg.lapack import dposv
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -74,5 +74,6 @@ def _solved(
     rows = np.flatnonzero(free)
     result = np.zeros(len(right))
     if len(rows):
-        result[rows] = dposv(square[rows[:, None], rows], right[rows])[1]
+        _, solved = cv2.solve(square[rows[:, None], rows], right[rows, None], flags=cv2.DECOMP_CHOLESKY)
+        result[rows] = solved[:, 0]
     return result

@@ -97,3 +97,20 @@ def squared_length(vectors: NDArray[Any]) -> NDArray[Any]:
     [25.0]
     """
     return transformed(vectors * vectors, np.ones((1, vectors.shape[-1])))[..., 0]
+
+
+def squared_distances(points: NDArray[Any], others: NDArray[Any]) -> NDArray[Any]:
+    """Return the squared distances of points, (n, k), from others, (m, k): (n, m).
+
+    Examples
+    --------
+    >>> squared_distances(np.array([[0.0, 0.0]]), np.array([[3.0, 4.0], [0.0, 1.0]])).tolist()
+    [[25.0, 1.0]]
+    """
+    total = np.subtract.outer(points[:, 0], others[:, 0])
+    total *= total
+    for axis in range(1, points.shape[1]):
+        apart = np.subtract.outer(points[:, axis], others[:, axis])
+        apart *= apart
+        total += apart
+    return np.asarray(total)

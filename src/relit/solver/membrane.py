@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.sparse import coo_array, diags_array
-from scipy.sparse.linalg import splu
 
 from relit.photo.channels import repeated
 from relit.photo.filters import gaussian
 from relit.photo.resampling import Enlarger, reduced
-from relit.runtime.memo import remembered
+from relit.solver.multigrid import held_membrane
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-    from scipy.sparse.linalg import SuperLU
 
 # What each of these is worth: docs/leaderboard.md, The constants.
 _HOLD = 10.0  # how much more a known cell weighs than its neighbours' wish for smoothness
@@ -80,34 +76,13 @@ def fill(
         return np.asarray(planes, np.float32)
     weight = reduced(share, cell)
     values = reduced(share * whole.astype(np.float32), cell) / np.maximum(weight, _UNKNOWN)
-    height, width, count = values.shape
-    hold = _HOLD * weight[..., 0].ravel().astype(np.float64)
-    level = values.reshape(-1, count).astype(np.float64)
-    mean = np.average(level, axis=0, weights=hold)
+    hold = _HOLD * weight[..., 0].astype(np.float64)
     rest = max((cell / reach) ** 2, _UNKNOWN)
-    solution = _membrane(hold + rest, (height, width)).solve(hold[:, None] * level + rest * mean)
-    soft = solution.reshape(height, width, count).astype(np.float32)
+    soft = np.empty_like(values)
+    for k, level in enumerate(np.moveaxis(values.astype(np.float64), -1, 0)):
+        mean = np.average(level, weights=hold)
+        soft[..., k] = mean + held_membrane(hold + rest, hold * (level - mean))
     filled = Enlarger(soft, cell, whole.shape).rows(0, whole.shape[0])
     if cell > 1:
         filled = gaussian(filled, cell / 2, edge="repeated")
     return np.asarray((share * whole + (1 - share) * filled).reshape(planes.shape), np.float32)
-
-
-@remembered
-def _membrane(held: NDArray[np.float64], shape: tuple[int, int]) -> SuperLU:
-    """Return what solves for a membrane that is held so much at each cell."""
-    # Of a symmetric matrix, this order fills up less, and takes half the time.
-    return splu((_stiffness(*shape) + diags_array(held)).tocsc(), permc_spec="MMD_AT_PLUS_A")
-
-
-@lru_cache(maxsize=4)
-def _stiffness(height: int, width: int) -> Any:
-    """Return the matrix of ``Σ (x_i - x_j)²`` over neighbours i, j of a grid."""
-    number = np.arange(height * width).reshape(height, width)
-    one = np.concatenate([number[:, :-1].ravel(), number[:-1].ravel()])
-    other = np.concatenate([number[:, 1:].ravel(), number[1:].ravel()])
-    ones = np.ones(len(one))
-    size = (height * width, height * width)
-    pull = coo_array((ones, (one, other)), size)
-    pull = pull + pull.T
-    return diags_array(pull.sum(axis=1)) - pull

@@ -12,7 +12,6 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.ndimage import gaussian_filter, map_coordinates
 
 from relit.errors import OptionError
 from relit.face.landmarks import Landmarks, as_landmarks, check_inside, check_pair, control_rows
@@ -280,6 +279,8 @@ def _sample(
         sampled = spline_at_places(planes, places[..., 0] - left, places[..., 1] - top)
         np.clip(sampled, *_ends(planes), out=sampled)
         return sampled[..., 0] if image.ndim == 2 else sampled
+    from scipy.ndimage import gaussian_filter, map_coordinates  # here alone: its import takes long
+
     coordinates = (places - [left, top])[..., ::-1].transpose(2, 0, 1)
     sampled = np.empty((*places.shape[:2], planes.shape[2]), np.float32)
     for k in range(planes.shape[2]):

@@ -16,10 +16,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import solve_triangular
-from scipy.spatial.distance import cdist
-from scipy.special import xlogy
 
+from relit.photo.channels import squared_distances
 from relit.photo.curves import log
 
 if TYPE_CHECKING:
@@ -41,7 +39,8 @@ class Basis:
 
     def __call__(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return Φ T at (k, 2) points: (k, n), of each center φᵢ, or of a twin φᵢ - φⱼ."""
-        square = cdist(points, self.centers, "sqeuclidean") / self.scale**2
+        square = squared_distances(points, self.centers)
+        square /= self.scale**2
         basis = self._phi(square)
         twins, earlier = self._twins
         if len(twins):
@@ -63,12 +62,16 @@ class Basis:
 
     def of_differences(self, coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return T⁻¹ c."""
-        return np.asarray(solve_triangular(self.differences, coefficients, unit_diagonal=True))
+        solved = coefficients.copy()
+        twins, earlier = self._twins
+        for twin, other in zip(twins[::-1], earlier[::-1], strict=True):  # a twin may be another's other
+            solved[other] += solved[twin]
+        return solved
 
     @cached_property
     def _twins(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """The centers i that nearly coincide with earlier ones, and the nearest such j of each."""
-        apart = cdist(self.centers, self.centers)
+        apart = np.sqrt(squared_distances(self.centers, self.centers))
         apart[np.triu_indices(len(apart))] = np.inf
         twins = np.flatnonzero(apart.min(axis=1) < _TWINS * self.scale)
         return twins, apart[twins].argmin(axis=1)
@@ -95,4 +98,4 @@ class Basis:
             return np.asarray(rise / (self._phi(low) + self._phi(high)))
         # high log high - low log low = (high - low) log high + low log(high / low)
         bend = low * np.log1p(rise / np.maximum(low, _TINY))
-        return np.asarray(0.5 * (xlogy(rise, high * self.unit**2) + bend))
+        return np.asarray(0.5 * (rise * np.log(np.maximum(high * self.unit**2, _TINY)) + bend))
