@@ -79,7 +79,7 @@ def seen_head(landmarks: Landmarks, shape: tuple[int, ...], of: Landmarks) -> Se
     """
     triangles = template_head().triangles
     surface = fitted(of)
-    raster, covered, nearest = _raster_of(landmarks, shape[:2])
+    raster, covered, nearest = raster_of(landmarks, shape[:2])
     if not covered.any():
         return None
     seen = raster.seen(np.column_stack([vertex_normals(surface, triangles), surface[:, 2]]), triangles)
@@ -89,7 +89,7 @@ def seen_head(landmarks: Landmarks, shape: tuple[int, ...], of: Landmarks) -> Se
 
 
 @remembered
-def _raster_of(
+def raster_of(
     landmarks: Landmarks, shape: tuple[int, ...]
 ) -> tuple[Raster, NDArray[np.bool_], NDArray[np.intp]]:
     """Return a head as it is drawn, where it is, and which of its pixels each one is nearest to."""
