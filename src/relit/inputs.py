@@ -14,7 +14,7 @@ from relit.errors import ImageError, OptionError
 from relit.face.detect import detect_landmarks
 from relit.face.landmarks import Landmarks, as_landmarks, check_inside, check_pair
 from relit.face.outline import face_outline
-from relit.face.views import View, view_of, whole, window_round
+from relit.face.views import View, as_seen_before, view_of, whole, window_round
 from relit.ltv.g_value import lam_for
 from relit.photo.foreign_images import opened
 from relit.photo.photo import Photo
@@ -123,7 +123,7 @@ def look(
     beside = None if second is None else seen.pop()
     if target.is_grey and any(not one.photo.is_grey for one in seen):
         target = target.to_profile(None)  # a grey profile knows no colours
-    view = _face_view(target.pixels, here, options, detail)
+    view = as_seen_before(_face_view(target.pixels, here, options, detail))
     grey = (target.pixels.ndim == 2, not seen or seen[0].photo.pixels.ndim == 2)
     space = plane_space(*grey, options.color_space, options.lit_channels)
     return Seen(

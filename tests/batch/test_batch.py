@@ -79,7 +79,8 @@ class TestCommand:
         assert (report["kept"], report["ok"]) == (2, ROWS - 2)
 
     def test_globs(self, tree, succeed, monkeypatch):
-        monkeypatch.setattr("relit.batch.kinds.detect_landmarks", lambda *_a, **_k: pytest.fail("not needed"))
+        not_needed = "relit.batch.reading.detect_landmarks"
+        monkeypatch.setattr(not_needed, lambda *_a, **_k: pytest.fail("not needed"))
         done = succeed(
             "batch --targets in/**/*.png --references reference.png -o out --dry-run --limit 3"
         ).decode()

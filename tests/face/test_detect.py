@@ -2,6 +2,7 @@
 
 import functools
 from concurrent.futures import ThreadPoolExecutor
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from PIL import Image
 from skimage import data
 
 from relit.errors import FaceNotFoundError, ImageError, RelitError
+from relit.face import face_models
 from relit.face.detect import _views, detect_faces, detect_landmarks
 from relit.face.face_models import Square, take_crop
 from relit.face.schemes import SCHEMES
@@ -238,6 +240,31 @@ def test_photo_on_its_side_or_head(face, degrees):
     found = detect_faces(turned)
     assert len(found) == 1
     assert distance(found[0], expected) < 1
+
+
+@functools.cache
+def portrait():
+    """The astronaut's face before an even backdrop."""
+    y, x = np.mgrid[:512, :512]
+    share = np.clip((1 - np.hypot((x - 225) / 62, (y - 110) / 85)) / 0.1, 0, 1)[..., None]
+    return (share * astronaut() + (1 - share) * 180).astype(np.uint8)[:256, 97:353]
+
+
+def test_one_face_alone_is_not_looked_for_in_turns():
+    with patch.object(face_models, "_run", wraps=face_models._run) as run:
+        assert len(detect_faces(portrait())) == 1
+    # Two gammas, for boxes in two views and for the mesh, and the mesh once more.
+    assert run.call_count == 7
+
+
+@pytest.mark.parametrize("size", [256, 190])
+@pytest.mark.parametrize("degrees", [90, 135, 180, 270])
+def test_turned_face_beside_an_upright_one(degrees, size):
+    photo = placed(portrait(), (384, 512), 0, 128, colour=(180, 180, 180))
+    small = Image.fromarray(portrait()).resize((size, size)).rotate(degrees, fillcolor=(180, 180, 180))
+    photo[:size, -size:] = np.asarray(small)
+    left, right = sorted(face.xy.mean(axis=0)[0] for face in detect_faces(photo))
+    assert left < 256 < right
 
 
 # The first is found by the centred square alone.

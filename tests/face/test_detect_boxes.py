@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from relit.face.face_models import anchors, decode_boxes, overlap
+from relit.face.boxes import anchors, decode_boxes, merged, overlap
 
 
 def test_anchors():
@@ -78,14 +78,16 @@ def test_boxes_are_merged_by_their_scores(seed, count, least):
     regressors[..., 2:4] = random.uniform(10, 70, (1, 896, 2))
     scores = np.full((1, 896, 1), -8, np.float32)
     scores[0, random.choice(896, count, replace=False)] = random.normal(0.5, 1.5, (count, 1))
-    found, _ = decode_boxes(regressors, scores, least)
+    found, _ = merged(*decode_boxes(regressors, scores, least))
     expected = np.reshape(brute_force_boxes(regressors, scores, least), (-1, 8, 2))
     assert found.shape == expected.shape
     assert found == pytest.approx(expected, abs=1e-9)
 
 
 def test_no_boxes():
-    none, _ = decode_boxes(np.ones((1, 896, 16), np.float32), np.full((1, 896, 1), -100, np.float32), 0.5)
+    none, _ = merged(
+        *decode_boxes(np.ones((1, 896, 16), np.float32), np.full((1, 896, 1), -100, np.float32), 0.5)
+    )
     assert none.shape == (0, 8, 2)
 
 
@@ -95,4 +97,4 @@ def test_box_without_area_stands_alone():
     scores[0, [3, 700]] = 2
     boxes = np.ones((1, 896, 16), np.float32)
     boxes[..., 2] = 0
-    assert decode_boxes(boxes, scores, 0.5)[0].shape == (2, 8, 2)
+    assert merged(*decode_boxes(boxes, scores, 0.5))[0].shape == (2, 8, 2)

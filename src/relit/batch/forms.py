@@ -13,10 +13,12 @@ from relit.compose.hair import hair
 from relit.compose.matte import eyes_and_teeth, matte
 from relit.compose.person_matte import person_area, person_matte
 from relit.face.detect import faces_in
+from relit.face.head import fitted, raster_of
 from relit.face.landmarks import Landmarks
 from relit.face.person import person
 from relit.face.shape import face_shape, head_shape
 from relit.face.trust import skin_shown
+from relit.face.views import as_seen_before
 from relit.light.dome import surface_of
 from relit.ltv.decomposition import Decomposition, decompose
 from relit.methods.lit_face import explain
@@ -56,8 +58,8 @@ FORMS: dict[Callable[..., Any], tuple[Callable[[Any], Arrays], Callable[[Arrays]
     ),
 }
 
-_OF_SHAPE_AND_LIGHT = explain, face_shape, head_shape, surface_of
-_OF_PIXELS = eyes_and_teeth, hair, matte, person, person_area, person_matte, skin_shown
+_OF_SHAPE_AND_LIGHT = explain, face_shape, fitted, head_shape, raster_of, surface_of
+_OF_PIXELS = as_seen_before, eyes_and_teeth, hair, matte, person, person_area, person_matte, skin_shown
 
 #: The steps on a target alone that are worth memory only: rows that share it mostly follow each other, while
 #: hardly another row has the same pair.

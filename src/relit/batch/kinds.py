@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from relit.errors import FaceNotFoundError
-from relit.face.detect import detect_landmarks
 from relit.face.landmark_files import landmarks_as_bytes, landmarks_from
 from relit.face.landmarks import check_inside
 from relit.photo.atomic_files import NamedBytes
@@ -49,7 +48,7 @@ class Doing:
                 check_inside(found, photo.pixels.shape, marks)
             else:
                 try:
-                    found = detect_landmarks(photo.pixels, name=place)
+                    found = self._held[place].face
                 except FaceNotFoundError as error:
                     told = str(error).replace("--landmarks FILE", "a column of landmarks in the manifest")
                     raise FaceNotFoundError(told) from None

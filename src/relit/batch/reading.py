@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from relit.batch import places
 from relit.batch.jobs import File
+from relit.face.detect import detect_landmarks
 from relit.photo.atomic_files import NamedBytes
 from relit.photo.photo import Photo
 from relit.photo.pixels import check_pixels
@@ -17,6 +18,8 @@ from relit.runtime.memo import remembered
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from relit.face.landmarks import Landmarks
 
 _MOST_BYTES = 64_000_000  # some 300 photos of 256²; those of the row under way stay in any case
 
@@ -34,6 +37,11 @@ class Content:
         photo = read_image(NamedBytes(self._place, self.data))
         check_pixels(photo.pixels, self._place)
         return photo
+
+    @cached_property
+    def face(self) -> Landmarks:
+        """Where the largest face is, looked for when first asked."""
+        return detect_landmarks(self.photo.pixels, name=self._place)
 
     @property
     def sizes(self) -> dict[int, int]:

@@ -18,7 +18,6 @@ from __future__ import annotations
 import os
 import threading
 from contextlib import contextmanager
-from functools import cache
 from importlib import resources
 from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
@@ -27,13 +26,14 @@ import cv2
 import numpy as np
 from PIL import Image
 
+from relit.face.boxes import BOX_SIDE, decode_boxes, probability
+
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
-_LEAST_OVERLAP = 0.3  # intersection over union, above which two boxes of one look are one face
-_BOX_SIDE, _MESH_SIDE = 128, 256
+_MESH_SIDE = 256
 
 #: Px that the segmentation sees, and tells of.
 PERSON_SIDE = 256
@@ -63,21 +63,29 @@ class Square(NamedTuple):
         return Square(x, y, self.side * factor, self.angle)
 
 
+class Look(NamedTuple):
+    """What the detector sees in a view: boxes and scores, as `decode_boxes` returns them."""
+
+    view: Square
+    boxes: NDArray[np.float64]
+    scores: NDArray[np.float64]
+
+
 def see_boxes(
-    photo: Image.Image, view: Square, gammas: Sequence[float], least_scores: Sequence[float]
-) -> Iterator[tuple[Square, NDArray[np.float64], NDArray[np.float64]]]:
+    photo: Image.Image, view: Square, gammas: Sequence[float], least_score: float, turns: int = 1
+) -> Iterator[Look]:
     """Run the detector on a view of an RGB photo, black beyond it; yield what `decode_boxes` returns.
 
-    Once for each least score, the view turned by a quarter more every time, and it is yielded as well; and
-    once for each gamma, to whose power the values in [0, 1] are taken before: below 1 brightens.
+    Once for each of so many turns, the view turned by a quarter more every time; and once for each gamma, to
+    whose power the values in [0, 1] are taken before: below 1 brightens. It runs when the next is asked for.
     """
-    crop = take_crop(photo, view, _BOX_SIDE, "constant")
+    crop = take_crop(photo, view, BOX_SIDE, "constant")
     crops = [2 * _brightened(crop, gamma) - 1 for gamma in gammas]
-    for quarters, least_score in enumerate(least_scores):
+    for quarters in range(turns):
         turned = view._replace(angle=view.angle + quarters * np.pi / 2)
         for values in crops:
             regressors, scores = _run("face_detector.tflite", np.rot90(values, quarters))
-            yield turned, *decode_boxes(regressors, scores, least_score)
+            yield Look(turned, *decode_boxes(regressors, scores, least_score))
 
 
 def see_mesh(
@@ -93,7 +101,7 @@ def see_mesh(
         points, presence, _ = _run("face_landmarks_detector.tflite", _brightened(crop, gamma))
         unit = points.reshape(478, 3).astype(np.float64) / _MESH_SIDE
         placed = np.column_stack([square.to_photo(unit[:, :2]), unit[:, 2] * square.side])
-        seen.append((placed, _chance(presence.astype(np.float64)).item()))
+        seen.append((placed, probability(presence.astype(np.float64)).item()))
     return seen
 
 
@@ -101,71 +109,6 @@ def see_person(photo: Image.Image, square: Square) -> NDArray[np.float32]:
     """Return how likely each of 256 by 256 px of a square of an RGB photo is of a person, in [0, 1]."""
     (likely,) = _run("selfie_segmentation.tflite", take_crop(photo, square, PERSON_SIDE, "nearest"))
     return likely[0, :, :, 0]
-
-
-def decode_boxes(
-    regressors: NDArray[np.float32], scores: NDArray[np.float32], least_score: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Turn the detector's output into boxes, and merge those that overlap, weighted by their scores.
-
-    Parameters
-    ----------
-    regressors : (1, 896, 16) array
-        Per anchor, in px of its 128 px input: centre, size, and six keypoints, centre and keypoints from the
-        anchor.
-    scores : (1, 896, 1) array
-        Logits.
-    least_score : float
-        Probability from which on a box counts.
-
-    Returns
-    -------
-    boxes : (n, 8, 2) array
-        Per face, the best first: centre, size, right eye, left eye and four more keypoints, in [0, 1].
-    scores : (n,) array
-        The best probability of each.
-    """
-    chance = _chance(scores.ravel().astype(np.float64))
-    likely = np.flatnonzero(chance >= least_score)
-    order = likely[np.argsort(-chance[likely], kind="stable")]
-    boxes, chance = regressors.reshape(-1, 8, 2)[order].astype(np.float64) / _BOX_SIDE, chance[order]
-    boxes[:, [0, 2, 3, 4, 5, 6, 7]] += anchors()[order, None]
-    merged, best = [], []
-    while len(boxes):
-        same = overlap(boxes[0], boxes) > _LEAST_OVERLAP
-        same[0] = True
-        merged.append(np.average(boxes[same], axis=0, weights=chance[same]))
-        best.append(chance[0])
-        boxes, chance = boxes[~same], chance[~same]
-    return np.array(merged).reshape(-1, 8, 2), np.array(best)
-
-
-@cache
-def anchors() -> NDArray[np.float64]:
-    """Return the centres, (896, 2) in [0, 1], from which the detector's outputs count.
-
-    Two anchors for every cell of 8 px, then six for every cell of 16 px, row by row.
-    """
-    grids = []
-    for stride, count in ((8, 2), (16, 6)):
-        axis = (np.arange(_BOX_SIDE // stride) + 0.5) * stride / _BOX_SIDE
-        cells = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
-        grids.append(np.repeat(cells, count, axis=0))
-    return np.concatenate(grids)
-
-
-def _chance(score: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the probability of a score, 1 / (1 + e⁻ˢ), that of none so large that it overflows."""
-    return np.asarray((1 + np.tanh(score / 2)) / 2)
-
-
-def overlap(box: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return intersection over union of a box with others; row 0 is the centre, row 1 the size."""
-    low = np.maximum(box[0] - box[1] / 2, others[:, 0] - others[:, 1] / 2)
-    high = np.minimum(box[0] + box[1] / 2, others[:, 0] + others[:, 1] / 2)
-    common = np.clip(high - low, 0, None).prod(axis=-1)
-    union = box[1].prod() + others[:, 1].prod(axis=-1) - common
-    return np.asarray(np.divide(common, union, out=np.zeros_like(union), where=union > 0))
 
 
 def take_crop(

@@ -79,7 +79,7 @@ def seen_head(landmarks: Landmarks, shape: tuple[int, ...], of: Landmarks) -> Se
     """
     triangles = template_head().triangles
     surface = fitted(of)
-    drawn = _raster_of(landmarks, shape[:2])
+    drawn = raster_of(landmarks, shape[:2])
     if drawn is None:
         return None
     raster, covered, nearest = drawn
@@ -90,7 +90,7 @@ def seen_head(landmarks: Landmarks, shape: tuple[int, ...], of: Landmarks) -> Se
 
 
 @remembered
-def _raster_of(
+def raster_of(
     landmarks: Landmarks, shape: tuple[int, ...]
 ) -> tuple[Raster, NDArray[np.bool_], NDArray[np.intp]] | None:
     """Return a head as it is drawn, where it is, and which of its pixels each one is nearest to; or None."""

@@ -20,6 +20,7 @@ from relit.photo.color import luma
 from relit.photo.filters import gaussian
 from relit.photo.pixels import size_and_dtype, to_unit
 from relit.photo.resampling import reduced
+from relit.runtime.memo import remembered
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -123,6 +124,12 @@ def view_of(image: NDArray[Any], landmarks: Landmarks, window: Window, factor: i
     part = image[window]
     shifted = landmarks.shifted(-window[1].start, -window[0].start)
     return View(reduced(part, factor), shifted.reduced(factor), window, factor)
+
+
+@remembered
+def as_seen_before(view: View) -> View:
+    """Return a view, or if the same was seen before, that one with what has been measured on it."""
+    return view
 
 
 def window_round(
