@@ -32,10 +32,22 @@ class TestReading:
     """Files that other libraries, or nobody but the specification, wrote."""
 
     @pytest.mark.parametrize("channels", [1, 3])
-    def test_jpeg(self, channels):
-        data = imagecodecs.jpeg8_encode(sample(np.uint8, channels=channels), level=90)
+    @pytest.mark.parametrize(
+        "how",
+        [
+            {"quality": 90},
+            {"subsampling": "4:2:0"},
+            {"subsampling": "4:2:2", "progressive": True},
+            {"restart_marker_blocks": 2},
+            {"keep_rgb": True},
+        ],
+    )
+    def test_jpeg(self, channels, how):
+        samples = sample(np.uint8, 61, 83, channels)
+        data = saved(samples[..., 0] if channels == 1 else samples, "JPEG", **how)
         photo = read(data)
-        assert_photo(photo, imagecodecs.jpeg8_decode(data))
+        with Image.open(io.BytesIO(data)) as image:
+            assert_photo(photo, np.asarray(image))
         assert photo.format == "JPEG"
 
     @pytest.mark.parametrize("channels", CHANNELS)

@@ -34,6 +34,7 @@ from relit.cli.terminal import (
 from relit.errors import ImageError
 from relit.photo.reading import read_image
 from relit.photo.writing import check_destination, write_image
+from relit.runtime.allocator import keep_freed_memory
 from relit.runtime.timing import Stopwatch
 from relit.settings.options import TransferOptions
 from relit.settings_file import Settings, read_settings
@@ -122,6 +123,7 @@ def transfer(
         check_streams(sheet, as_json)
         check_destination(sheet, overwrite=force)
     watch = Stopwatch()
+    keep_freed_memory()
     _load()
     with progress("Reading the photos"), watch("read"):
         # One by one: a file that never ends can be interrupted here, but not in a thread.

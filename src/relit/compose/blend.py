@@ -67,21 +67,16 @@ def blend(
 
     def work(block: _Block) -> None:
         here = whole[block.window]
-        planes = np.atleast_3d(space.of_target(here))
-        relit = np.empty((*here.shape[:2], made.shape[2]), np.float32)
-        for k in range(made.shape[2]):
-            unit, log = _unit_and_log(planes[..., k % planes.shape[2]])
-            shift = block.of(offset[..., k])
-            if slope is not None:
-                shift += block.of(slope[..., k]) * log
-            np.exp(shift, out=shift)
-            shift *= unit
-            np.minimum(shift, 1, out=relit[..., k])
+        unit, log = _unit_and_log(np.atleast_3d(space.of_target(here)))
+        relit = block.of(offset) if slope is None else block.of(slope) * log + block.of(offset)
+        relit = np.exp(relit)
+        relit *= unit
+        np.minimum(relit, 1, out=relit)
         new = from_unit(space.rebuild(here, relit), target.dtype)
-        if mask is not None:
-            touched = np.asarray(block.of(mask) > 0, np.uint8)
-            new = cv2.copyTo(new, touched, part[block.window].copy())
-        part[block.window] = new
+        if mask is None:
+            part[block.window] = new
+        else:
+            cv2.copyTo(new, np.asarray(block.of(mask) > 0, np.uint8), part[block.window])
 
     with pool(available()) as run:
         run(work, list(_blocks(view, mask)))
@@ -106,7 +101,7 @@ class _Block(NamedTuple):
             for one, first in zip(self.window, (top, left), strict=True)
         )
         enlarger = Enlarger(around, self.factor, (rows.stop, columns.stop))
-        return enlarger.rows(rows.start, rows.stop)[:, columns].copy()
+        return enlarger.rows(rows.start, rows.stop)[:, columns]
 
 
 def _blocks(view: View, mask: NDArray[np.float32] | None) -> Iterator[_Block]:
@@ -129,15 +124,15 @@ def _blocks(view: View, mask: NDArray[np.float32] | None) -> Iterator[_Block]:
         yield _Block(rows, columns, factor, window)
 
 
-def _unit_and_log(plane: NDArray[Any]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return a plane in (0, 1], and its logarithm; of integers, which are few, both are looked up."""
-    if plane.dtype.kind == "u":
-        unit, log = _of_integers(plane.dtype)
-        if plane.dtype == np.uint8:
-            unit, log = (np.asarray(cv2.LUT(plane, table), np.float32) for table in (unit, log))
-            return unit, log
-        return unit.take(plane), log.take(plane)
-    unit = base_of(plane)[..., 0]
+def _unit_and_log(planes: NDArray[Any]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return planes, (h, w, k), in (0, 1], and their logarithm; of integers, which are few, looked up."""
+    if planes.dtype.kind == "u":
+        unit, log = _of_integers(planes.dtype)
+        if planes.dtype == np.uint8:
+            unit, log = (np.asarray(cv2.LUT(planes, table), np.float32) for table in (unit, log))
+            return unit.reshape(planes.shape), log.reshape(planes.shape)
+        return unit.take(planes), log.take(planes)
+    unit = base_of(planes)
     return unit, np.log(unit)
 
 

@@ -1,4 +1,4 @@
-"""JPEG: read and written by Pillow, compressed as it was, so that it gets no worse and no larger."""
+"""JPEG: pixels by imagecodecs, all else by Pillow; written as it was, to get no worse and no larger."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any, BinaryIO
 
+import numpy as np
 from PIL import ImageFile
 
 from relit.errors import ImageError
@@ -27,28 +28,40 @@ _LARGEST_SEGMENT = 65533
 _XMP_PREFIX = b"http://ns.adobe.com/xap/1.0/\0"
 #: A marker: not a byte of the pixels, a restart between them, or one of several to fill up.
 _MARKER = re.compile(rb"\xff([^\x00\xff\xd0-\xd7])")
+_END = b"\xff\xd9"
 #: Damage may ask for work without end: 200 million px in 20 scans take 5 s.
 _MOST_IN_SCANS = 4_000_000_000
 
 
 def decode_jpeg(stream: BinaryIO, check_size: CheckSize) -> Photo:
-    """Read a JPEG, and how it is compressed."""
+    """Read a JPEG, and how it is compressed; its pixels without Pillow, which keeps them twice."""
+    import imagecodecs
+
     image = open_image(stream, check_size, "JPEG")
-    if image.width * image.height * _scans(stream) > _MOST_IN_SCANS:
-        raise ImageError("goes over its pixels again and again; get the file again")
-    return photo_from(image, jpeg=_settings_of(image))
-
-
-def _scans(stream: BinaryIO) -> int:
-    """Count how often a JPEG goes over its pixels: once, or a dozen times where it is progressive."""
     stream.seek(0)
     data = stream.read()
-    at = scans = 0
-    while (found := _MARKER.search(data, at)) and found[1] != b"\xd9":
-        scans += found[1] == b"\xda"
+    if image.width * image.height * _scans(data) > _MOST_IN_SCANS:
+        raise ImageError("goes over its pixels again and again; get the file again")
+    # Into an array of the size that was checked: one parser might find another size than the other.
+    samples = np.empty(image.size[::-1] if image.mode == "L" else (*image.size[::-1], 3), np.uint8)
+    imagecodecs.jpeg8_decode(data, out=samples)
+    return photo_from(image, samples, _settings_of(image))
+
+
+def _scans(data: bytes) -> int:
+    """Count how often a JPEG goes over its pixels: once, or a dozen times where it is progressive.
+
+    One whose last time has no end is refused: the decoder would leave the rest grey.
+    """
+    at = scans = last = 0
+    while (found := _MARKER.search(data, at)) and found[0] != _END:
         start = at = found.end()
+        if found[1] == b"\xda":
+            scans, last = scans + 1, start
         if found[1] != b"\xd8":
             at += int.from_bytes(data[start : start + 2])
+    if data.find(_END, last) < 0:
+        raise EOFError("no end of the image")
     return scans
 
 
