@@ -100,8 +100,8 @@ class Surface:
         horizon = self.horizon.reshape(len(self.horizon), -1)[:, at]
         with one_blas_thread():
             made: NDArray[np.float32] = np.maximum(directions.astype(np.float32) @ facing, 0)
-        for does, lamp in zip(made, directions, strict=True):
-            does *= visible(horizon, lamp)
+        for does, share in zip(made, visible(horizon, directions), strict=True):
+            does *= share
         return made
 
     def lit(self, lamps: Lamps) -> NDArray[np.float32]:

@@ -18,6 +18,8 @@ import numpy as np
 from relit.photo.filters import gaussian
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import NDArray
 
 # What each of these is worth: docs/leaderboard.md, The constants.
@@ -73,28 +75,30 @@ def horizons(depth: NDArray[np.floating], solid: NDArray[np.bool_], iod: float) 
     return planes
 
 
-def visible(horizon: NDArray[np.floating], direction: NDArray[np.floating]) -> NDArray[np.float32]:
-    """Return the share of a lamp that is seen over the horizon.
+def visible(horizon: NDArray[np.floating], directions: NDArray[np.floating]) -> Iterator[NDArray[np.float32]]:
+    """Yield the share of each of n lamps that is seen over the horizon.
 
     Parameters
     ----------
     horizon : (16, ...) array
         As of `horizons`.
-    direction : (3,) array
-        Towards the lamp, ``(x, y, z)``, z growing away from the camera.
+    directions : (n, 3) array
+        Towards the lamps, ``(x, y, z)``, z growing away from the camera.
 
-    Returns
-    -------
+    Yields
+    ------
     (...) float32 array
-        0 to 1.
+        0 to 1; of the next lamp in the same memory.
     """
-    x, y, z = direction
+    x, y, z = directions.T
     way = np.arctan2(y, x) / (2 * np.pi) * _WAYS
-    before = int(np.floor(way))
-    share = way - before
+    before = np.floor(way).astype(int)
     # (elevation - edge) / (2 soft) + 1/2, the edge being between those of two directions.
     middle = np.arctan2(-z, np.hypot(x, y)) / (2 * _SOFT) + 0.5
-    weights = [-part / (2 * _SOFT) for part in (1 - share, share)]
-    first, second = horizon[before % _WAYS], horizon[(before + 1) % _WAYS]
-    made = cv2.addWeighted(first, weights[0], second, weights[1], middle)
-    return np.asarray(np.clip(made, 0, 1, out=made), np.float32).reshape(first.shape)
+    share = (way - before) / (2 * _SOFT)
+    lines = horizon.reshape(len(horizon), -1)
+    seen = np.empty((lines.shape[1], 1), np.float32)
+    columns = (before % _WAYS, (before + 1) % _WAYS, share - 1 / (2 * _SOFT), -share, middle)
+    for first, second, of_first, of_second, height in zip(*(one.tolist() for one in columns), strict=True):
+        cv2.addWeighted(lines[first], of_first, lines[second], of_second, height, seen)
+        yield np.clip(seen, 0, 1, out=seen).reshape(horizon.shape[1:])

@@ -1,12 +1,15 @@
-"""Non-negative least squares from a guess, by its normal equations [1]_.
+"""Non-negative least squares from a guess, by its normal equations: block principal pivoting [1]_ [2]_.
 
-SciPy's `nnls` begins with no lamp lit. Of fits one after the other, most lamps that one lights the next one
-does as well: from there it takes half of SciPy's time on two faces, and from nothing four times as long.
+Whatever is on the wrong side changes sides, all at once: the rows of ``Aw - r ≥ 0, w ≥ 0`` of which one at
+least has to be 0. While fewer are wrong each time, that needs a handful of solutions. SciPy's `nnls`, which
+lights one lamp after the other, takes five times as long on the 22 fits of two faces.
 
 References
 ----------
-.. [1] R. Bro and S. de Jong, "A fast non-negativity-constrained least squares algorithm", J. Chemometrics
-       11(5), 1997.
+.. [1] J. J. Júdice and F. M. Pires, "A block principal pivoting algorithm for large-scale strictly monotone
+       linear complementarity problems", Computers & Operations Research 21(5), 1994.
+.. [2] J. Kim and H. Park, "Fast nonnegative matrix factorization: an active-set-like method and
+       comparisons", SIAM J. Scientific Computing 33(6), 2011.
 """
 
 from __future__ import annotations
@@ -19,8 +22,9 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_TINY = np.finfo(float).tiny
 _SMALL = 1e-12  # of the largest of `right`: a gradient that counts as none
+_TRIES = 3  # changes of all that is wrong, after which there may be no fewer: as in [2]_
+_MOST = 10  # solutions for each unknown
 
 
 def nonnegative(
@@ -47,24 +51,22 @@ def nonnegative(
     [1.0, 0.0]
     """
     free = np.zeros(len(right), bool) if start is None else start > 0
-    # A guess may have too much: without what would be negative, it is a point to begin at.
-    while (free & ((result := _solved(square, right, free)) <= 0)).any():
-        free &= result > 0
     least = _SMALL * float(np.abs(right).max())
-    for _ in range(3 * len(right)):  # each time is one better, so that it ends; rounding may go round
-        gradient = np.where(free, -np.inf, right - square @ result)
-        wanted = int(gradient.argmax())
-        if not gradient[wanted] > least:
+    fewest, tries = len(right) + 1, _TRIES
+    for _ in range(_MOST * len(right)):  # of exact numbers it ends by itself; rounding may go round
+        result = _solved(square, right, free)
+        wrong = np.where(free, result < 0, right - square @ result > least)
+        count = int(np.count_nonzero(wrong))
+        if not count:
             break
-        free[wanted] = True
-        while (below := free & ((new := _solved(square, right, free)) <= 0)).any():
-            share = result[below] / np.maximum(result[below] - new[below], _TINY)
-            result += share.min() * (new - result)
-            first = np.flatnonzero(below)[share.argmin()]
-            free &= result > 0
-            free[first] = False
-        result = new
-    return result
+        if count < fewest:
+            fewest, tries = count, _TRIES
+        elif tries:
+            tries -= 1
+        else:  # one at a time there is no going round
+            wrong[: np.flatnonzero(wrong)[-1]] = False
+        free ^= wrong
+    return np.maximum(result, 0)
 
 
 def _solved(
