@@ -128,15 +128,28 @@ class RBF:
         """
         probes = _probes(self.centers, height, width)
         exact = self(probes)
-        step = _COARSEST_STEP
+        step, nodes = _COARSEST_STEP, None
         while step > 1:
-            nodes_x, nodes_y = (np.arange(0, max(n, 4 * step) + step, step) for n in (width, height))
-            nodes = self(np.stack(np.meshgrid(nodes_x, nodes_y), axis=-1))
+            x, y = (np.arange(0, max(n, 4 * step) + step, step) for n in (width, height))
+            nodes = self._at_nodes(x, y, nodes)
             spline = GridSpline(nodes, step)
             if np.abs(spline.at(probes) - exact).max() <= tolerance / 2:
                 return spline.on_pixels(height, width).astype(np.float32, order="C")
             step //= 2
-        return self(np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1)).astype(np.float32)
+        return self._at_nodes(np.arange(width), np.arange(height), nodes).astype(np.float32)
+
+    def _at_nodes(
+        self, x: NDArray[np.intp], y: NDArray[np.intp], coarser: NDArray[np.float64] | None
+    ) -> NDArray[np.float64]:
+        """Return the values on a grid, (len(y), len(x), m), those at every second node being known."""
+        if coarser is None:
+            return self(np.stack(np.meshgrid(x, y), axis=-1))
+        values = np.empty((len(y), len(x), coarser.shape[2]))
+        even = values[::2, ::2]
+        even[:] = coarser[: len(even), : even.shape[1]]
+        for row, column in ((0, 1), (1, 0), (1, 1)):
+            values[row::2, column::2] = self(np.stack(np.meshgrid(x[column::2], y[row::2]), axis=-1))
+        return values
 
     @property
     def bending_energy(self) -> NDArray[np.float64]:
