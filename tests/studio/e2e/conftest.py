@@ -9,6 +9,7 @@ import pytest
 from PIL import Image
 
 from relit.photo.samples import sample
+from relit.studio.guard import HEADERS
 from tests.studio.e2e.page import BROWSER, WAIT, WATCH, quiet, settled
 
 
@@ -61,21 +62,18 @@ def photos(tmp_path_factory):
 
 
 @pytest.fixture
-def visit(browser, address):
-    """Open the page as a new visitor; what it says on the console at the end must be nothing bad."""
+def blank(browser):
+    """Open an empty page; what a page says on the console at the end must be nothing bad."""
     contexts, complaints = [], []
 
-    def open_page(session="", **settings):
-        context = browser.new_context(viewport={"width": 1280, "height": 800}, **settings)
+    def open_page(**settings):
+        context = browser.new_context(**{"viewport": {"width": 1280, "height": 800}, **settings})
         contexts.append(context)
-        context.add_init_script(WATCH)
         page = context.new_page()
         page.set_default_timeout(WAIT)
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.on("console", lambda said: complaints.append(said.text) if refused(said) else None)
         page.on("dialog", lambda dialog: complaints.append(f"a dialog: {dialog.message}"))
-        page.goto(f"{address}#{session}")
-        page.wait_for_selector("#samples:enabled")
         return page
 
     def refused(said):
@@ -86,6 +84,48 @@ def visit(browser, address):
     for context in contexts:
         context.close()
     assert complaints == []
+
+
+@pytest.fixture
+def visit(blank, address):
+    """Open the page as a new visitor."""
+
+    def open_page(session="", **settings):
+        page = blank(**settings)
+        page.add_init_script(WATCH)
+        page.goto(f"{address}#{session}")
+        page.wait_for_selector("#samples:enabled")
+        return page
+
+    return open_page
+
+
+@pytest.fixture
+def mount(blank, address):
+    """Open a page that holds one element, under the rules of the studio's, and give it to a module of the page."""
+
+    def open_page(module, made, width=400, height=400, **settings):
+        page = blank(**settings)
+        styles = "".join(
+            f'<link rel="stylesheet" href="/static/{name}.css">' for name in ("style", "viewer", "ball")
+        )
+        body = f"<!doctype html><html lang=en><title>One</title>{styles}<main><div id=one></div></main>"
+        page.route(
+            f"{address}one", lambda route: route.fulfill(body=body, content_type="text/html", headers=HEADERS)
+        )
+        page.goto(f"{address}one")
+        page.evaluate(
+            """async ([module, made, width, height]) => {
+                document.querySelector("main").style.display = "block";
+                const root = document.querySelector("#one");
+                Object.assign(root.style, { width: `${width}px`, height: `${height}px` });
+                window.one = new (await import(`/static/${module}.js`))[made](root);
+            }""",
+            [module, made, width, height],
+        )
+        return page
+
+    return open_page
 
 
 @pytest.fixture(scope="session")

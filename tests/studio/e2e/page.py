@@ -37,6 +37,15 @@ def quiet(page):
     page.evaluate(_QUIET, [QUIET, WAIT])
 
 
+def until(page, condition):
+    """Wait for what a script says; Playwright's own way needs what the page's security forbids."""
+    for _ in range(WAIT // 20):
+        if page.evaluate(condition):
+            return
+        page.wait_for_timeout(20)
+    raise AssertionError(f"never: {condition}")
+
+
 def settled(page):
     """Wait until the preview shows the newest state."""
     quiet(page)
