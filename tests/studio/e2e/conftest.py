@@ -102,7 +102,7 @@ def visit(blank, address):
 
 @pytest.fixture
 def mount(blank, address):
-    """Open a page that holds one element, under the rules of the studio's, and give it to a module of the page."""
+    """Open a page that holds one element, as safe as the studio's, and give it to a module of that."""
 
     def open_page(module, made, width=400, height=400, **settings):
         page = blank(**settings)

@@ -49,8 +49,8 @@ def place_of(page, index):
     return np.array([box["x"] + box["width"] / 2, box["y"] + box["height"] / 2])
 
 
-def said(page, type):
-    return [detail for kind, detail in page.evaluate("said") if kind == type]
+def said(page, kind):
+    return [detail for one, detail in page.evaluate("said") if one == kind]
 
 
 def test_the_map_is_lamberts_and_its_inverse_leads_back(ball):
@@ -83,7 +83,7 @@ def test_the_map_is_lamberts_and_its_inverse_leads_back(ball):
 LAMPS = [
     ([[-40, 30, 1, "#ffffff"]], 0.2),
     ([[0, 0, 1, "#ffd9a0"], [120, 10, 0.4, "#4060ff"]], 0.0),
-    ([[a, e, p, "#ff8040"] for a, e, p in zip(range(-170, 180, 60), range(-60, 60, 20), (1, 0.5) * 3)], 0.5),
+    ([[60 * k - 170, 20 * k - 60, (1, 0.5)[k % 2], "#ff8040"] for k in range(6)], 0.5),
     ([], 0.3),
 ]
 
@@ -170,7 +170,9 @@ def test_by_keyboard(ball):
     assert said(page, "change")[-1]["size"] == round(20 * 1.15**3)
     assert page.get_by_role("button", name="Lamp 2 of 2: 179° to the left, 90° up").count() == 1
     page.keyboard.press("Tab")
-    assert not page.evaluate("one.root.contains(document.activeElement)"), "Tab leaves the ball after its lamps"
+    assert not page.evaluate("one.root.contains(document.activeElement)"), (
+        "Tab leaves the ball after its lamps"
+    )
 
 
 def test_the_wheel_changes_the_size_of_the_lamp_that_has_the_focus(ball):

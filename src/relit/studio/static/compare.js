@@ -1,11 +1,16 @@
 // @ts-check
 /** Before and after in one picture, with a bar between them that pointer and keyboard move. */
 
-/** @param {HTMLElement} figure holding `.after` over the picture before, and `[role=slider]` */
-export function comparison(figure) {
+/**
+ * @param {HTMLElement} figure holding `.after` over the picture before, and `[role=slider]`
+ * @param {(event: PointerEvent) => boolean} [takes] whether a press moves the bar
+ */
+export function comparison(figure, takes = () => true) {
   const after = /** @type {HTMLElement} */ (figure.querySelector(".after"));
   const bar = /** @type {HTMLElement} */ (figure.querySelector("[role=slider]"));
   let share = 50;
+  /** @type {number | null} the pointer that has the bar */
+  let held = null;
 
   /** @param {number} to percent of the width that shows the photo before */
   const show = (to) => {
@@ -23,14 +28,16 @@ export function comparison(figure) {
   };
 
   figure.addEventListener("pointerdown", (event) => {
-    if (event.button !== 0) return;
+    held = null;
+    if (event.button !== 0 || !takes(event)) return;
     event.preventDefault();
     bar.focus({ preventScroll: true });
-    figure.setPointerCapture(event.pointerId);
+    held = event.pointerId;
+    figure.setPointerCapture(held);
     follow(event);
   });
   figure.addEventListener("pointermove", (event) => {
-    if (figure.hasPointerCapture(event.pointerId)) follow(event);
+    if (held === event.pointerId && figure.hasPointerCapture(held)) follow(event);
   });
   bar.addEventListener("keydown", (event) => {
     const far = event.shiftKey ? 10 : 2;

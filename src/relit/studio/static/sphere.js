@@ -72,19 +72,25 @@ export function spoken(azimuth, elevation) {
  */
 export function shade(side, radius, lamps, fill) {
   const rays = lamps.map(([azimuth, elevation, power, color]) => {
-    const to = direction(azimuth, elevation);
-    return [...to, ...linear(color).map((light) => light * power)];
+    return [...direction(azimuth, elevation), ...linear(color).map((light) => light * power)];
   });
+  const flat = Float64Array.from(rays.flat());
   const lit = new Float64Array(3);
   const receive = (/** @type {number} */ x, /** @type {number} */ y, /** @type {number} */ z) => {
-    lit.fill(0);
-    for (const [right, up, ahead, red, green, blue] of rays) {
-      const straight = right * x + up * y + ahead * z;
+    // Three numbers of their own: arrays that are made and unpacked take three times as long.
+    let red = 0;
+    let green = 0;
+    let blue = 0;
+    for (let at = 0; at < flat.length; at += 6) {
+      const straight = flat[at] * x + flat[at + 1] * y + flat[at + 2] * z;
       if (straight <= 0) continue;
-      lit[0] += red * straight;
-      lit[1] += green * straight;
-      lit[2] += blue * straight;
+      red += flat[at + 3] * straight;
+      green += flat[at + 4] * straight;
+      blue += flat[at + 5] * straight;
     }
+    lit[0] = red;
+    lit[1] = green;
+    lit[2] = blue;
   };
   // The most light falls on what looks into a lamp, or into the middle of several.
   const middle = [0, 1, 2].map((axis) => rays.reduce((sum, ray) => sum + ray[axis] * (ray[3] + ray[4] + ray[5]), 0));
@@ -101,7 +107,7 @@ export function shade(side, radius, lamps, fill) {
     for (let column = 0; column < side; column += 1, at += 4) {
       let x = (column + 0.5 - side / 2) / radius;
       let y = (side / 2 - row - 0.5) / radius;
-      const far = Math.hypot(x, y);
+      const far = Math.sqrt(x * x + y * y);
       // Pixels that the rim runs through are seen in part.
       const seen = (1 - far) * radius + 0.5;
       if (seen <= 0) continue;
