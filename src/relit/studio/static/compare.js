@@ -2,21 +2,29 @@
 /** Before and after in one picture, with a bar between them that pointer and keyboard move. */
 
 /**
+ * Return how the bar is put anew where `span` has changed.
  * @param {HTMLElement} figure holding `.after` over the picture before, and `[role=slider]`
  * @param {(event: PointerEvent) => boolean} [takes] whether a press moves the bar
+ * @param {() => number[]} [span] where the picture begins and ends, in shares of the figure's width
  */
-export function comparison(figure, takes = () => true) {
+export function comparison(figure, takes = () => true, span = () => [0, 1]) {
   const after = /** @type {HTMLElement} */ (figure.querySelector(".after"));
   const bar = /** @type {HTMLElement} */ (figure.querySelector("[role=slider]"));
   let share = 50;
   /** @type {number | null} the pointer that has the bar */
   let held = null;
 
-  /** @param {number} to percent of the width that shows the photo before */
+  const place = () => {
+    const [from, to] = span();
+    const left = 100 * from + share * (to - from);
+    after.style.clipPath = `inset(0 0 0 ${left}%)`;
+    bar.style.left = `${left}%`;
+  };
+
+  /** @param {number} to percent of the picture's width that show the photo before */
   const show = (to) => {
     share = Math.min(Math.max(to, 0), 100);
-    after.style.clipPath = `inset(0 0 0 ${share}%)`;
-    bar.style.left = `${share}%`;
+    place();
     bar.setAttribute("aria-valuenow", String(Math.round(share)));
     bar.setAttribute("aria-valuetext", `${Math.round(share)} % before, ${Math.round(100 - share)} % after`);
   };
@@ -24,7 +32,8 @@ export function comparison(figure, takes = () => true) {
   /** @param {PointerEvent} event */
   const follow = (event) => {
     const box = figure.getBoundingClientRect();
-    show(((event.clientX - box.left) / box.width) * 100);
+    const [from, to] = span();
+    show((((event.clientX - box.left) / box.width - from) / (to - from)) * 100);
   };
 
   figure.addEventListener("pointerdown", (event) => {
@@ -57,4 +66,5 @@ export function comparison(figure, takes = () => true) {
     show(to[event.key]);
   });
   show(share);
+  return place;
 }

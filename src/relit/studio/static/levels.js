@@ -39,9 +39,11 @@ export class Levels {
       button.setAttribute("aria-label", `${WORDS[end]}: ${share.toFixed(1)} % clipped; show where`);
       button.title = `${share.toFixed(1)} % of the pixels are clipped. Click to see where.`;
     }
-    if (!picture || !found) return this.canvas.getContext("2d")?.clearRect(0, 0, this.canvas.width, this.canvas.height);
-    drawCounts(this.canvas, found.counts);
-    this.canvas.setAttribute("aria-label", `Histogram, of mean luminance ${mean(found.counts.luminance).toFixed(0)} of 255`);
+    const { canvas } = this;
+    const words = found ? `, of mean luminance ${mean(found.counts.luminance).toFixed(0)} of 255` : "";
+    canvas.setAttribute("aria-label", `Histogram${words}`);
+    if (!picture || !found) return canvas.getContext("2d")?.clearRect(0, 0, canvas.width, canvas.height);
+    drawCounts(canvas, found.counts);
     const [low, high] = this.ends.map(({ end, on }) => on && over[end]);
     if (!low && !high) return;
     markClipped(this.marks, found.pixels, { low, high });

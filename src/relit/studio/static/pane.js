@@ -21,7 +21,14 @@ export class Pane {
     root.addEventListener("touchstart", zooms, { passive: false });
   }
 
-  /** Show so many device px for each of the photo. @param {number} [x] what stays in place @param {number} [y] */
+  /** Where the photo begins and ends, in shares of the frame's width. */
+  get span() {
+    const { x, width, scale } = this.viewport;
+    const frame = this.root.clientWidth || 1;
+    return [Math.max(x / frame, 0), Math.min((x + width * scale) / frame, 1)];
+  }
+
+  /** Show a device px for each of the photo. @param {number} [x] what stays in place @param {number} [y] */
   actual(x, y) {
     const { viewport } = this;
     const { clientWidth, clientHeight } = this.root;

@@ -25,11 +25,12 @@ export class Viewer extends EventTarget {
     this.panes = /** @type {HTMLElement} */ (part(".panes"));
     this.layers = { before: part(".main .before"), after: part(".main .after"), twin: part(".twin .layer") };
     const bar = /** @type {HTMLElement} */ (part("[role=slider]"));
-    // Before the pane, which moves the picture where the bar does not take the pointer.
-    comparison(part(".main"), (event) => {
+    const takes = (/** @type {PointerEvent} */ event) => {
       const grips = this.main.viewport.fitted || bar.contains(/** @type {Node} */ (event.target));
-      return event.isPrimary && grips && this.mode === "slider" && Boolean(this.pictures.after);
-    });
+      return event.isPrimary && grips && root.dataset.mode === "slider";
+    };
+    // Before the pane, which moves the picture where the bar does not take the pointer.
+    this.placeBar = comparison(part(".main"), takes, () => this.main?.span ?? [0, 1]);
     this.main = new Pane(part(".main"), [this.layers.before, this.layers.after]);
     this.twin = new Pane(part(".twin"), [this.layers.twin]);
     this.levels = new Levels(part);
@@ -182,6 +183,7 @@ export class Viewer extends EventTarget {
     panes.classList.toggle("stacked", mode === "side" && below > beside);
     twin.follow(main);
     main.place();
+    this.placeBar();
     this.#offer();
     this.levels.show(this.shown);
   }
@@ -197,6 +199,7 @@ export class Viewer extends EventTarget {
   #moved(by, other) {
     other.follow(by);
     const { scale } = this.main.viewport;
+    this.placeBar();
     this.zoomed.textContent = `${Math.round(100 * scale * window.devicePixelRatio)} %`;
     this.#offer();
     this.dispatchEvent(new Event("change"));

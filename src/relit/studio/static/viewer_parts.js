@@ -29,7 +29,7 @@ const PARTS = `
       <button type="button" data-do="fit">Fit</button>
       <button type="button" data-do="actual" title="A pixel of the photo for each of the screen">100 %</button>
     </div>
-    <span class="zoom" aria-label="Zoom"></span>
+    <span class="zoom"></span>
     <span class="grip" draggable="true" aria-hidden="true" title="Drag the result out of the page, as a file">⠿ Drag out</span>
     <div class="histogram">
       <button type="button" data-end="low" aria-pressed="false"></button>
