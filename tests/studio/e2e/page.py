@@ -46,6 +46,11 @@ def until(page, condition):
     raise AssertionError(f"never: {condition}")
 
 
+def drawn(page):
+    """Wait until what has changed is on the screen."""
+    page.evaluate("() => new Promise((go) => requestAnimationFrame(() => requestAnimationFrame(go)))")
+
+
 def settled(page):
     """Wait until the preview shows the newest state."""
     quiet(page)

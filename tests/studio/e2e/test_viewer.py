@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.studio.e2e.page import drag, touch, until
+from tests.studio.e2e.page import drag, drawn, touch, until
 
 pytestmark = [pytest.mark.e2e, pytest.mark.slow]
 
@@ -56,6 +56,7 @@ def viewer(mount):
         before(page, np.full((90, 120, 3), shades[0], np.uint8))
         put(page, "show", np.full((180, 240, 3), shades[1], np.uint8))
         page.evaluate("(mode) => (one.mode = mode)", mode)
+        drawn(page)
         return page
 
     return open_viewer
@@ -196,7 +197,7 @@ def test_the_slider_shows_both_sides_and_does_not_move_with_the_picture(viewer):
 def test_the_slider_stays_on_a_picture_that_is_narrower_than_its_frame(viewer):
     page = viewer("slider")
     page.evaluate("one.panes.style.aspectRatio = '4'")
-    page.wait_for_timeout(100)
+    drawn(page)
     frame = page.locator("#one .main").bounding_box()
     picture = page.locator("#one .before img").bounding_box()
     start, width = picture["x"] - frame["x"], picture["width"]
@@ -223,7 +224,7 @@ def test_side_by_side_both_are_zoomed_and_moved_as_one(viewer, below):
             inside.append([box["x"] - frame["x"], box["y"] - frame["y"], box["width"], frame["width"]])
         np.testing.assert_allclose(*inside, atol=0.51)
 
-    page.wait_for_timeout(100)
+    drawn(page)
     alike()
     apart = on(page, 0, 0) - on(page, 0, 0, ".twin")
     assert (apart[1] > 0) == below
@@ -232,8 +233,9 @@ def test_side_by_side_both_are_zoomed_and_moved_as_one(viewer, below):
         pixels = seen(page, pane)
         assert (pixels[pixels.shape[0] // 2, pixels.shape[1] // 2] == shade).all()
         page.mouse.move(*on(page, 40, 60, pane))
+        scale = view(page)[0]
         page.mouse.wheel(0, -300)
-        page.wait_for_timeout(100)
+        until(page, f"one.main.viewport.scale > {1.5 * scale}")
         drag(page, *on(page, 50, 50, pane), 12, 7)
         alike()
     assert not page.evaluate("one.main.viewport.fitted")

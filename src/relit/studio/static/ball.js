@@ -2,6 +2,7 @@
 /** A ball in the light, whose lamps can be taken hold of. */
 
 import { BallHand } from "./ball_hand.js";
+import { Handles } from "./ball_handles.js";
 import { drawBall } from "./ball_picture.js";
 import { REACH, angles, direction, fromPlace, place, spoken } from "./sphere.js";
 
@@ -32,15 +33,15 @@ export class LightBall extends EventTarget {
     this.canvas = document.createElement("canvas");
     this.canvas.setAttribute("aria-hidden", "true");
     root.replaceChildren(this.canvas);
-    /** @type {HTMLButtonElement[]} */
-    this.buttons = [];
+    this.dots = new Handles(root, (index) => this.#choose(index));
+    this.moved = false;
     const hand = new BallHand(root);
     hand.addEventListener("take", (event) => this.#take(/** @type {CustomEvent} */ (event).detail));
     hand.addEventListener("drag", (event) => this.#drag(/** @type {CustomEvent} */ (event).detail));
     hand.addEventListener("nudge", (event) => this.#nudge(/** @type {CustomEvent} */ (event).detail));
     hand.addEventListener("resize", (event) => this.#resize(/** @type {CustomEvent} */ (event).detail));
-    hand.addEventListener("step", (event) => this.#step(/** @type {CustomEvent} */ (event).detail));
-    hand.addEventListener("end", () => this.#say("change"));
+    hand.addEventListener("step", (event) => this.dots.step(this.chosen, /** @type {CustomEvent} */ (event).detail.by));
+    hand.addEventListener("end", () => this.moved && this.#say("change", { turn: 0, tilt: 0 }));
     new ResizeObserver(() => this.#changed({})).observe(root);
     this.#changed({});
   }
@@ -95,17 +96,7 @@ export class LightBall extends EventTarget {
     Object.assign(this.now, given);
     const { now, root } = this;
     now.chosen = Math.min(Math.max(now.chosen, 0), Math.max(now.handles.length - 1, 0));
-    const held = now.mode === "lamps" ? now.handles : [];
-    while (this.buttons.length > held.length) this.buttons.pop()?.remove();
-    while (this.buttons.length < held.length) this.buttons.push(this.#button(this.buttons.length));
-    held.forEach((handle, index) => {
-      const button = this.buttons[index];
-      const [x, y] = place(direction(handle.azimuth, handle.elevation));
-      button.style.translate = `${x * this.radius}px ${y * this.radius}px`;
-      button.style.backgroundColor = handle.color;
-      button.setAttribute("aria-label", this.#words(handle, index));
-      button.setAttribute("aria-pressed", String(index === now.chosen));
-    });
+    this.dots.show(now.mode === "lamps" ? now.handles : [], now.chosen, this.radius);
     const light = now.lamps.map(([azimuth, elevation]) => spoken(azimuth, elevation)).slice(0, 3).join("; ");
     const what = now.mode === "carry" ? "The light, to carry round the head" : "Lamps, to move round the head";
     root.setAttribute("aria-label", `${what}: ${light || "none"}`);
@@ -113,21 +104,6 @@ export class LightBall extends EventTarget {
     if (now.mode === "carry") root.tabIndex = 0;
     else root.removeAttribute("tabindex");
     this.#later();
-  }
-
-  /** @param {number} index */
-  #button(index) {
-    const button = document.createElement("button");
-    button.type = "button";
-    button.dataset.index = String(index);
-    button.addEventListener("focus", () => this.#choose(index));
-    this.root.append(button);
-    return button;
-  }
-
-  /** @param {Handle} handle @param {number} index */
-  #words({ azimuth, elevation, size }, index) {
-    return `Lamp ${index + 1} of ${this.now.handles.length}: ${spoken(azimuth, elevation)}, ${size}° soft`;
   }
 
   /** @param {number} index */
@@ -140,7 +116,7 @@ export class LightBall extends EventTarget {
   /** A hand comes down, on a lamp or beside them. @param {{index: number | null}} grip */
   #take({ index }) {
     if (index !== null) this.#choose(index);
-    (this.buttons[this.now.chosen] ?? this.root).focus({ preventScroll: true });
+    (this.dots.buttons[this.now.chosen] ?? this.root).focus({ preventScroll: true });
     const held = this.now.handles[this.now.chosen];
     this.origin = held && place(direction(held.azimuth, held.elevation));
     this.carried = { turn: 0, tilt: 0 };
@@ -152,8 +128,9 @@ export class LightBall extends EventTarget {
     if (this.now.mode === "carry" && carried) {
       // From the middle to the rim is a right angle.
       const to = { turn: Math.round((90 * x) / radius), tilt: Math.round((-90 * y) / radius) };
-      this.#say("input", { turn: to.turn - carried.turn, tilt: to.tilt - carried.tilt });
+      const by = { turn: to.turn - carried.turn, tilt: to.tilt - carried.tilt };
       this.carried = to;
+      if (by.turn || by.tilt) this.#say("input", by);
     } else if (origin) {
       const [azimuth, elevation] = angles(fromPlace(origin[0] + x / radius, origin[1] + y / radius));
       this.#move({ azimuth, elevation });
@@ -173,33 +150,31 @@ export class LightBall extends EventTarget {
   /** @param {{by: number}} factor */
   #resize({ by }) {
     const held = this.now.handles[this.now.chosen];
-    if (this.now.mode === "carry" || !held) return;
-    this.now.handles[this.now.chosen].size = Math.min(Math.max(held.size * by, SIZES[0]), SIZES[1]);
-    this.#move({});
+    if (held) this.#move({ size: Math.min(Math.max(held.size * by, SIZES[0]), SIZES[1]) });
   }
 
-  /** Go to another lamp. @param {{by: number}} way */
-  #step({ by }) {
-    const { length } = this.buttons;
-    if (length) this.buttons[(this.now.chosen + by + length) % length].focus();
-  }
-
-  /** @param {{azimuth?: number, elevation?: number}} to */
+  /** @param {Partial<Handle>} to */
   #move(to) {
-    const held = this.now.handles[this.now.chosen];
-    for (const [name, degrees] of Object.entries(to)) held[/** @type {"azimuth"} */ (name)] = Math.round(degrees);
+    const { handles, chosen, mode } = this.now;
+    if (mode === "carry" || !handles[chosen]) return;
+    const before = JSON.stringify(this.#news);
+    Object.assign(handles[chosen], to);
     this.#changed({});
-    this.#say("input");
+    if (JSON.stringify(this.#news) !== before) this.#say("input");
   }
 
-  /** @param {string} type @param {object} [detail] */
-  #say(type, detail) {
-    const { mode, chosen: index, handles } = this.now;
-    const held = handles[index];
-    if (mode === "carry") detail ??= { turn: 0, tilt: 0 };
-    else if (held) {
-      detail = { index, azimuth: held.azimuth, elevation: held.elevation, size: Math.round(held.size) };
-    }
+  /** The chosen lamp in whole degrees, as events tell it. */
+  get #news() {
+    const { handles, chosen: index } = this.now;
+    if (!handles[index]) return null;
+    const { azimuth, elevation, size } = handles[index];
+    return { index, azimuth: Math.round(azimuth), elevation: Math.round(elevation), size: Math.round(size) };
+  }
+
+  /** @param {"input" | "change"} type @param {{turn: number, tilt: number}} [carried] */
+  #say(type, carried) {
+    this.moved = type === "input";
+    const detail = this.now.mode === "carry" ? carried : this.#news;
     if (detail) this.dispatchEvent(new CustomEvent(type, { detail }));
   }
 

@@ -2,6 +2,7 @@
 /** The result, large: zoomed, moved, compared with the photo before, measured, and taken out of the page. */
 
 import { comparison } from "./compare.js";
+import { Decoder } from "./decoder.js";
 import { holding } from "./hold.js";
 import { Levels } from "./levels.js";
 import { carry, copied } from "./outgoing.js";
@@ -36,7 +37,7 @@ export class Viewer extends EventTarget {
     this.levels = new Levels(part);
     /** @type {{before: HTMLImageElement | null, after: HTMLImageElement | null, twin: HTMLImageElement | null}} */
     this.pictures = { before: null, after: null, twin: null };
-    this.turns = { before: 0, after: 0 };
+    this.decoders = { before: new Decoder(), after: new Decoder() };
     this.held = false;
     /** What is dragged out of the page; by default the preview. @type {() => import("./outgoing.js").Outgoing} */
     this.file = () => ({ url: this.pictures.after?.src ?? "", name: "relit.jpg" });
@@ -88,7 +89,7 @@ export class Viewer extends EventTarget {
    * @param {Blob} blob which may be smaller than the photo @param {{width: number, height: number}} photo its size in px
    */
   async photo(blob, { width, height }) {
-    const [before, twin] = await this.#decoded("before", blob, 2);
+    const [before, twin] = await this.decoders.before.decode(blob, 2);
     if (!before) return;
     const { viewport } = this.main;
     const same = viewport.width === width && viewport.height === height;
@@ -103,7 +104,7 @@ export class Viewer extends EventTarget {
 
   /** Show the result, where and as large as the photo is seen. @param {Blob} blob */
   async show(blob) {
-    const [after] = await this.#decoded("after", blob, 1);
+    const [after] = await this.decoders.after.decode(blob);
     if (!after) return;
     after.alt = "After";
     this.#put("after", after);
@@ -112,7 +113,7 @@ export class Viewer extends EventTarget {
 
   /** Show no result until there is another. */
   clear() {
-    this.turns.after += 1;
+    this.decoders.after.cancel();
     this.#put("after", null);
     this.#arrange();
   }
@@ -137,28 +138,6 @@ export class Viewer extends EventTarget {
   /** Copy the picture that is seen as PNG, and return what went wrong, if anything did. */
   async copy() {
     return this.shown ? copied(this.shown) : "There is no picture yet.";
-  }
-
-  /**
-   * Decode pictures before they are seen, so that none flickers; none, if newer ones have come meanwhile.
-   * @param {"before" | "after"} name @param {Blob} blob @param {number} copies
-   */
-  async #decoded(name, blob, copies) {
-    const turn = (this.turns[name] += 1);
-    const pictures = Array.from({ length: copies }, () => {
-      const picture = new Image();
-      picture.src = URL.createObjectURL(blob);
-      return picture;
-    });
-    try {
-      await Promise.all(pictures.map((picture) => picture.decode()));
-      if (turn === this.turns[name]) return pictures;
-    } catch (error) {
-      // What has been overtaken need not be whole.
-      if (turn === this.turns[name]) throw error;
-    }
-    for (const picture of pictures) URL.revokeObjectURL(picture.src);
-    return [];
   }
 
   /** @param {"before" | "after" | "twin"} name @param {HTMLImageElement | null} picture */
