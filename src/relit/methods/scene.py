@@ -53,6 +53,8 @@ class Scene:
         How the reference was laid over the target; None if it was rendered.
     encoded : bool
         Whether the planes are light by the curve of sRGB; grey photos count as light itself.
+    colored : bool
+        Whether relit planes may have colours: a target's own, or those that the light gives to a grey one.
     skin, reference_skin : (H, W) array or None
         Where the target shows skin, and where the reference does as well; None if it was rendered.
     like_skin : (H, W) array or None
@@ -70,6 +72,7 @@ class Scene:
     own: NDArray[Any] | None = None
     alignment: Alignment | None = None
     encoded: bool = True
+    colored: bool = True
     skin: NDArray[np.float32] | None = None
     reference_skin: NDArray[np.float32] | None = None
     like_skin: NDArray[np.float32] | None = None
