@@ -7,7 +7,7 @@ import math
 import zipfile
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,17 @@ VIEWS = (
     *("target_u", "target_v", "reference_u", "reference_v", "mask", "known", "difference"),
 )
 
+#: The longest side in px of a preview that is one of many.
+THUMBNAIL = 256
+
+
+class Asked(Protocol):
+    """What a preview is asked to be: at most so many px long, a sketch, by which reference at hand."""
+
+    side: int
+    quick: bool
+    reference: str | None
+
 
 def preview_of(portrait: Portrait, side: int) -> Photo:
     """Return the photo in sRGB, its longest side at most so many px and reduced by a whole factor."""
@@ -54,17 +65,17 @@ def _factor(photo: Photo, side: int) -> int:
 
 
 def rendered(
-    session: Session, options: TransferOptions, side: int, *, quick: bool, go_on: Callable[[], None]
+    session: Session, options: TransferOptions, asked: Asked, go_on: Callable[[], None]
 ) -> tuple[TransferResult, int]:
     """Relight the session's target at the size of a preview; return by how much that was reduced, too.
 
     Before each step `go_on` is called: what it raises ends the work.
     """
     go_on()
-    factor = _factor(session.portrait("target", needed=True).photo, side)
-    with session.memo.open(go_on):
-        detail = options.record.sketch_iod if quick else options.record.preview_iod
-        return _relit(_faces(session, options, side), options, detail), factor
+    factor = _factor(session.portrait("target", needed=True).photo, asked.side)
+    with (session.small if asked.side <= THUMBNAIL else session.memo).open(go_on):
+        detail = options.record.sketch_iod if asked.quick else options.record.preview_iod
+        return _relit(_faces(session, options, asked.side, asked.reference), options, detail), factor
 
 
 def exported(session: Session, options: TransferOptions, suffix: str) -> bytes:
@@ -83,9 +94,12 @@ def exported(session: Session, options: TransferOptions, suffix: str) -> bytes:
     return packed.getvalue()
 
 
-def _faces(session: Session, options: TransferOptions, side: int | None = None) -> Faces:
+def _faces(
+    session: Session, options: TransferOptions, side: int | None = None, reference: str | None = None
+) -> Faces:
     """Return the photos of a transfer and their landmarks by role, at the size of a preview if it is one."""
-    ready = {role: session.ready(role) for role in (ROLES if options.light is None else ROLES[:1])}
+    roles = ROLES if options.light is None else ROLES[:1]
+    ready = {role: session.ready(role, reference) for role in roles}
     if side is None:
         return {role: (portrait.photo, marks) for role, (portrait, marks) in ready.items()}
     return {
