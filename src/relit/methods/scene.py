@@ -90,15 +90,16 @@ class Scene:
         return max(lam_in_px(self.lam, self.face.interocular_distance), 1 / (_BEYOND * side))
 
 
+@dataclass(frozen=True, eq=False)
 class Layers(Mapping[str, NDArray[np.float32]]):
     """Planes by name, which are made when one is first asked for."""
 
-    def __init__(self, make: Callable[[], Mapping[str, NDArray[np.float32]]]) -> None:
-        self._make = make
+    names: tuple[str, ...]
+    make: Callable[[], Mapping[str, NDArray[np.float32]]]
 
     @cached_property
     def _made(self) -> Mapping[str, NDArray[np.float32]]:
-        return self._make()
+        return self.make()
 
     def __getitem__(self, name: str) -> NDArray[np.float32]:
         """Return one."""
@@ -106,11 +107,11 @@ class Layers(Mapping[str, NDArray[np.float32]]):
 
     def __iter__(self) -> Iterator[str]:
         """Return their names, one by one."""
-        return iter(self._made)
+        return iter(self.names)
 
     def __len__(self) -> int:
         """Return how many there are."""
-        return len(self._made)
+        return len(self.names)
 
 
 class Relit(NamedTuple):

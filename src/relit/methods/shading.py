@@ -79,6 +79,9 @@ _VAGUE, _VAGUE_HUE, _SURE, _UNSURE = 1.0, 0.5, 0.42, 0.3
 _NEARLY_ALL = 0.98  # the share of a face that changes less than the most that ears and neck may
 _FLAT = 0.2  # cosine of the angle to the camera up to which a reference shows nothing; at twice, it does
 
+#: What is made on the way, as of `Lighting.layers`.
+LAYERS = ("target_light", "target_is_lit", "person", "new_light")
+
 
 def relight(scene: Scene) -> LightChange:
     """Return the change of light."""
@@ -126,7 +129,7 @@ def relight(scene: Scene) -> LightChange:
         lamps=lamps,
         sources=sources,
         no_skin=reference is None,
-        layers=Layers(partial(_layers, scene, photo, (old, old_hue), (new, new_hue), reached)),
+        layers=Layers(LAYERS, partial(_layers, scene, photo, (old, old_hue), (new, new_hue), reached)),
     )
 
 

@@ -226,7 +226,7 @@ def render(store: Store, session: ThisSession, wanted: models.RenderRequest) -> 
         "X-Relit-Lambda-Px": f"{result.view.factor * factor / result.lam:.2f}",
         "X-Relit-Seconds": f"{sum(result.seconds.values()):.3f}",
     } | light_headers(result)
-    return Response(jpeg(views[wanted.view]), media_type="image/jpeg", headers=headers)
+    return Response(jpeg(views[wanted.view]()), media_type="image/jpeg", headers=headers)
 
 
 @of_session.post("/export", **sends("application/zip", "The files.", NAMED, 400, 409))

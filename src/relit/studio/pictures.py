@@ -7,6 +7,7 @@ import math
 import zipfile
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -15,7 +16,7 @@ from PIL import Image
 
 from relit.face.landmark_files import landmarks_as_bytes
 from relit.face.landmarks import Landmarks
-from relit.figures import view_pictures
+from relit.figures import view_makers
 from relit.photo.atomic_files import NamedBytes
 from relit.photo.photo import Photo
 from relit.photo.pixels import from_unit, to_unit
@@ -121,15 +122,22 @@ def _relit(faces: Faces, options: TransferOptions, detail: float | None = None) 
     )
 
 
-def views_of(result: TransferResult) -> dict[str, NDArray[Any]]:
-    """Return the pictures of a transfer by the names of their views."""
-    pictures = view_pictures(result) | {"result": result.image}
-    pictures["warped"] = pictures["warped_reference"]
+def views_of(result: TransferResult) -> dict[str, Callable[[], NDArray[Any]]]:
+    """Return what makes the pictures of a transfer, by the names of their views."""
+    makers = view_makers(result)
+    makers |= {
+        "result": lambda: result.image,
+        "warped": makers["warped_reference"],
+        "difference": partial(_difference, result),
+    }
+    return {view: makers[view] for view in VIEWS if view in makers}
+
+
+def _difference(result: TransferResult) -> NDArray[np.uint8]:
     before, after = to_unit(result.target), to_unit(result.image)
     if before.ndim < after.ndim:
         before = before[..., None]
-    pictures["difference"] = from_unit((after - before) / 2 + 0.5, np.uint8)
-    return {view: pictures[view] for view in VIEWS if view in pictures}
+    return from_unit((after - before) / 2 + 0.5, np.uint8)
 
 
 def window_of(result: TransferResult, view: str) -> tuple[float, float, float, float]:
