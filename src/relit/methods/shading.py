@@ -97,7 +97,7 @@ def relight(scene: Scene) -> LightChange:
     change = new - old
     variance = float(change[face.interior].var())
     twin, finest = twins(face.landmarks, shape), 0.5 / scene.lam_px
-    residual = -of_target(target, twin, finest, iod)
+    residual = -of_target(target, twin, finest, iod)  # a new array: what is remembered stays
     if reference is not None:
         change *= shrunk(variance, _NOISE)
         if options.turn == options.tilt == 0:  # shadows and highlights that were found do not turn
