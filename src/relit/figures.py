@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,7 @@ from relit.photo.pixels import from_unit, to_unit
 from relit.photo.profile import encode_srgb
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
@@ -84,21 +85,36 @@ def stage_pictures(result: TransferResult) -> dict[str, NDArray[Any]]:
 def view_pictures(result: TransferResult) -> dict[str, NDArray[Any]]:
     """Return the stages between reference and result, which cover `result.view`.
 
+    As of `view_makers`, all made.
+    """
+    return {name: make() for name, make in view_makers(result).items()}
+
+
+def view_makers(result: TransferResult) -> dict[str, Callable[[], NDArray[Any]]]:
+    """Return what makes the stages between reference and result, each on its own, by their names.
+
     ``warped_reference``, ``warped_second_reference`` if there is one, u and v of both if the method splits,
     its layers if it has any, ``known`` and ``mask`` if there are any. u, v and layers show the channels that
     were relit, as planes of grey or RGB.
     """
     first = result.first
-    pictures: dict[str, NDArray[Any]] = {"warped_reference": first.warped}
-    if first.second_alignment:
-        pictures["warped_second_reference"] = first.second_alignment.warped
+    makers: dict[str, Callable[[], NDArray[Any]]] = {"warped_reference": lambda: first.warped}
+    if second := first.second_alignment:
+        makers["warped_second_reference"] = lambda: second.warped
     for role, split in (("target", first.target_split), ("reference", first.reference_split)):
         if split is not None:
-            pictures[f"{role}_u"], pictures[f"{role}_v"] = split_pictures(split)
-    layers = {**first.layers, "known": first.known, "mask": result.mask}
-    return pictures | {
-        name: from_unit(layer, np.uint8) for name, layer in layers.items() if layer is not None
-    }
+            makers[f"{role}_u"] = partial(_u_or_v, split, 0)
+            makers[f"{role}_v"] = partial(_u_or_v, split, 1)
+    for name in first.layers:
+        makers[name] = partial(lambda name: from_unit(first.layers[name], np.uint8), name)
+    for name, layer in (("known", first.known), ("mask", result.mask)):
+        if layer is not None:
+            makers[name] = partial(from_unit, layer, np.uint8)
+    return makers
+
+
+def _u_or_v(split: Decomposition, which: int) -> NDArray[np.uint8]:
+    return split_pictures(split)[which]
 
 
 def landmark_overlay(image: NDArray[Any], landmarks: Landmarks) -> NDArray[np.uint8]:

@@ -21,6 +21,7 @@ from relit.photo.photo import Photo
 from relit.photo.pixels import check_samples
 from relit.photo.planes import PlaneSpace, plane_space
 from relit.settings.methods import WITH_SECOND_REFERENCE
+from relit.settings.studio_lights import studio_light
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -121,10 +122,11 @@ def look(
         for one, marks, name in zip(photos, there, names, strict=True)
     ]
     beside = None if second is None else seen.pop()
-    if target.is_grey and any(not one.photo.is_grey for one in seen):
+    colored = options.light is not None and studio_light(options.light).colored
+    if target.is_grey and (colored or any(not one.photo.is_grey for one in seen)):
         target = target.to_profile(None)  # a grey profile knows no colours
     view = as_seen_before(_face_view(target.pixels, here, options, detail))
-    grey = (target.pixels.ndim == 2, not seen or seen[0].photo.pixels.ndim == 2)
+    grey = (target.pixels.ndim == 2, seen[0].photo.pixels.ndim == 2 if seen else not colored)
     space = plane_space(*grey, options.color_space, options.lit_channels)
     return Seen(
         photo=target,

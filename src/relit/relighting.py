@@ -187,7 +187,9 @@ def _warp(seen: Seen, reference: Reference | None, options: TransferOptions) -> 
     second = None if seen.second is None else _laid_over(seen, seen.second, options)
     if reference is not None:
         return _Light(_laid_over(seen, reference, options), reference, second)
-    return _Light(Rendered(seen.view.regions, studio_light(options.light or "")), None, second)
+    return _Light(
+        Rendered(seen.view.regions, studio_light(options.light, options.fill), seen.view.pixels), None, second
+    )
 
 
 def _laid_over(seen: Seen, reference: Reference, options: TransferOptions) -> Alignment:
@@ -220,7 +222,10 @@ def _relight(seen: Seen, light: _Light, options: TransferOptions) -> Relit | Lig
             rendered=reference is None,
             own=planes(reference.photo.pixels) if reference and options.splits_alone else None,
             alignment=light.laid if isinstance(light.laid, Alignment) else None,
-            encoded=bool(reference and light.laid.warped.ndim == 3) or seen.view.pixels.ndim == 3,
+            encoded=bool(reference and light.laid.warped.ndim == 3)
+            or seen.view.pixels.ndim == 3
+            or seen.space.coloring,
+            colored=seen.space.shows_colors,
             skin=skin_shown(seen.view) if shading else None,
             like_skin=seen.view.skin_likeness if shading else None,
             reference_skin=_trusted(seen, light, narrow=True) if shading and reference else None,
@@ -252,6 +257,7 @@ def _lighting(seen: Seen, light: _Light, made: Relit | LightChange, options: Tra
         filled=filled,
         known=trust,
         lamps=made.lamps if isinstance(made, LightChange) else None,
+        sources=made.sources if isinstance(made, LightChange) else None,
         confidence=made.confidence if isinstance(made, LightChange) else 1.0,
         target_split=relit.target_split,
         reference_split=relit.reference_split,

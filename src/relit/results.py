@@ -42,6 +42,9 @@ class Lighting:
         Where it is; None with ``mask=False`` of methods other than ``shading``, when all counts as known.
     lamps : Lamps or None
         The new light of ``shading``, as lamps on a dome.
+    sources : Lamps or None
+        The same, each lamp of a light by name as one direction, without what fills their shadows by the
+        options.
     confidence : float
         How far it can be trusted that this is the reference's light, 0 to 1: the share of the face on which
         it is seen, and less the more of its brightness lamps do not explain. 1 of methods that do not say.
@@ -59,6 +62,7 @@ class Lighting:
     filled: NDArray[np.float32]
     known: NDArray[np.float32] | None
     lamps: Lamps | None
+    sources: Lamps | None
     confidence: float
     target_split: Decomposition | None
     reference_split: Decomposition | None

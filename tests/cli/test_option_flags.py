@@ -142,6 +142,8 @@ class TestOneSourceOfOptions:
             ("strength", 0.5),
             ("shadows", 0.0),
             ("highlights", 1.5),
+            ("fill", 0.4),
+            ("tilt", -12.5),
         ],
     )
     def test_numbers_arrive(self, options_of, name, value):
@@ -149,7 +151,7 @@ class TestOneSourceOfOptions:
 
     def test_every_field_is_tried_above(self):
         tried = {"channels", "exposure", "lam", "smoothing", "tint", "strength", "shadows", "highlights"}
-        tried |= {"softness", "turn"}
+        tried |= {"softness", "turn", "fill", "tilt"}
         tried |= {"light", "region"}  # in TestControl
         for name, field in FIELDS.items():
             assert field.metadata["choices"] or isinstance(field.default, bool) or name in tried

@@ -31,7 +31,9 @@ def patched(ball):
         light = 0.3 * SKIN * np.exp(lamps + patch[..., None] * reddish)
         own = hue_of(SKIN * np.exp(lamps)) - hue_of(SKIN)
         target = encode_srgb((light / (light @ LUMA_WEIGHTS)[..., None] * 0.3).astype(np.float32))
-        scene = SimpleNamespace(target=target, encoded=True, face=face, skin=inside.astype(np.float32))
+        scene = SimpleNamespace(
+            rendered=False, target=target, encoded=True, face=face, skin=inside.astype(np.float32)
+        )
         return scene, own.astype(np.float32), patch
 
     return scene_of

@@ -36,6 +36,7 @@ def change(target=None, encoded=True, **given):
         "cast": CAST,
         "ours": 0.5,
         "theirs": 0.2,
+        "no_skin": False,
     } | given
     return LightChange(
         light=linear(target, encoded),
@@ -44,6 +45,7 @@ def change(target=None, encoded=True, **given):
         known=np.ones(SHAPE, np.float32),
         confidence=1.0,
         lamps=Lamps(DOME, np.ones(100)),
+        sources=Lamps(DOME, np.ones(100)),
         layers={},
         **made,
     )
@@ -118,6 +120,11 @@ def test_by_default_a_cast_counts_as_far_as_it_is_more_than_two_skins_differ():
     assert taken([0.15, 0.0, -0.25]) == pytest.approx(0, abs=1e-4)
     assert 0.3 < taken([0.35, 0.0, -0.5]) < 0.7
     assert taken([2.0, 0.0, -3.0]) > 0.95
+
+
+def test_by_default_a_cast_without_a_skin_in_it_counts_whole():
+    made = change(cast=np.array([0.05, 0.0, -0.1]), no_skin=True)
+    np.testing.assert_array_equal(made.anchored(0.0, None).planes, made.anchored(0.0, 1.0).planes)
 
 
 @given(arrays(np.float32, SHAPE, elements=st.floats(-6, 6, width=32)))

@@ -12,8 +12,9 @@ def test_layers_are_made_once_and_when_they_are_asked_for():
         made.append(1)
         return {"person": np.ones((2, 2), np.float32)}
 
-    layers = Layers(make)
+    layers = Layers(("person",), make)
+    assert list(layers) == ["person"]
     assert not made
     assert dict(layers)["person"].sum() == 4
-    assert len(layers) == len(list(layers)) == 1
+    assert len(layers) == 1
     assert made == [1]

@@ -264,6 +264,79 @@ class TestPhotos:
         turned = transfer(photo, light="-60,10", turn=120)
         assert np.abs(there.image.astype(int) - turned.image).mean() < 0.5
 
+    def test_tilted_it_stands_higher(self, photo):
+        there, tilted = transfer(photo, light="0,30"), transfer(photo, light="0,0", tilt=30)
+        assert np.abs(there.image.astype(int) - tilted.image).mean() < 0.5
+
+    def test_each_side_has_the_colour_of_its_lamp(self, photo):
+        """Orange over blue, in log, is more on the left by what the lamps' colours differ, less the fill."""
+        result = transfer(photo, light="-70,0:color=#ffa060+70,0:color=#60a0ff")
+        view = result.view
+        face = view.regions.skin_area
+        red, _, blue = np.moveaxis(np.log((result.relit + 0.01) / (view.pixels / 255 + 0.01)), -1, 0)
+        left = np.indices(face.shape)[1] < view.landmarks.xy[:, 0].mean()
+        warmth = (red - blue)[face & left].mean() - (red - blue)[face & ~left].mean()
+        assert 0.1 < warmth < 2 * 2.2 * np.log(255 / 96)
+
+    def test_a_coloured_lamp_colours_the_face_as_far_as_tint_lets_it(self, photo):
+        def warmth(tint):
+            result = transfer(photo, light="0,0:color=#ffb080", fill=0.0, tint=tint)
+            face = result.view.regions.skin_area
+            change = np.log((result.relit + 0.01) / (result.view.pixels / 255 + 0.01))[face]
+            return np.median(change[:, 0] - change[:, 2])
+
+        # sRGB is about light to the power of 1 / 2.2, so that what is seen is the filter itself.
+        assert warmth(None) == pytest.approx(np.log(255 / 128), rel=0.2)
+        assert warmth(0.5) == pytest.approx(warmth(None) / 2, rel=0.2)
+        assert abs(warmth("neutral")) < 0.1 * warmth(None)
+
+    def test_a_grey_photo_takes_on_the_colours_of_lamps(self, photo):
+        grey = np.rint(luma(photo / 255.0) * 255).astype(np.uint8)
+        result = transfer(grey, light="-70,0:color=#ffa060+70,0:color=#60a0ff")
+        assert result.image.shape == photo.shape
+        face = result.view.regions.skin_area
+        left = np.indices(face.shape)[1] < result.view.landmarks.xy[:, 0].mean()
+        warmth = np.log((result.relit[..., 0] + 0.01) / (result.relit[..., 2] + 0.01))
+        assert warmth[face & left].mean() > 0.1 > -0.1 > warmth[face & ~left].mean()
+        assert transfer(grey, light="-70,0+70,0").image.ndim == 2
+
+    def test_where_brightness_alone_is_lit_a_lamp_has_no_colour(self, photo):
+        """A filter takes brightness from the lamp, and not from the fill: that is all that is seen of it."""
+        red, white = (
+            transfer(photo, light=light, color_space="hsv", strength=4)
+            for light in ("-70,0:color=#ff6060", "-70,0")
+        )
+        hue = [
+            (one.relit / one.relit.max(axis=2, keepdims=True))[one.view.regions.interior]
+            for one in (red, white)
+        ]
+        np.testing.assert_allclose(*hue, atol=2e-3)
+
+    def test_the_papers_method_takes_the_colours_of_lamps(self, photo):
+        made = transfer(photo, light="-70,0:color=#ff6060", method="ltv", lam=0.05)
+        face = made.view.regions.skin_area
+        red, _, blue = np.moveaxis(made.relit / (made.view.pixels / 255 + 0.01), -1, 0)
+        assert red[face].mean() > 1.2 * blue[face].mean()
+
+    def test_filled_to_the_brim_it_does_not_matter_where_lamps_stand(self, photo):
+        one, other = (transfer(photo, light=light, fill=1.0).image for light in ("-60,10", "rim+0,60"))
+        np.testing.assert_array_equal(one, other)
+
+    def test_the_more_fill_the_flatter(self, photo):
+        spread = [self.halves(photo, light="-75,5", fill=fill)[2] for fill in (0.0, 0.4, 1.0)]
+        assert spread[0] > spread[1] > spread[2]
+
+    def test_of_a_reference_light_is_made_even(self, photo):
+        side = transfer(photo, light="-75,5").image
+        sides = []
+        for fill in (None, 0.5, 1.0):
+            result = transfer(photo, side, fill=fill)
+            left, right, _ = self.halves(photo, reference=side, fill=fill)
+            sides.append(left - right)
+            assert len(result.first.sources.weights) == 100
+        assert sides[0] > sides[1] > sides[2] - 0.02
+        assert not result.first.lamps.weights[:-100].any()
+
     def test_the_softer_the_flatter(self, photo):
         spread = [self.halves(photo, light="-75,5", softness=softness)[2] for softness in (0, 0.5, 1)]
         assert spread[0] > spread[1] > spread[2]

@@ -2,6 +2,7 @@
 
 import threading
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pytest
@@ -158,6 +159,7 @@ def test_same_is_same_type_and_content(one, other):
 
 def test_bytes_are_counted_through_all_that_holds_arrays():
     assert size_of((Pair(np.zeros(4), {"a": [np.zeros(2, np.uint8)]}), "text")) == 34
+    assert size_of(partial(np.add, np.zeros(4), where=np.zeros(2, bool))) == 34
 
 
 SETTINGS = [

@@ -144,7 +144,7 @@ def test_a_lamp_given_by_its_angles_is_kept_as_text(given, kept):
     options = TransferOptions(light=given)
     assert options.light == kept == TransferOptions().changed(light=given).light
     if not isinstance(given, str):
-        assert studio_light(options.light)[:2] == tuple(map(float, given))
+        assert studio_light(options.light).lamps[0][:2] == tuple(map(float, given))
         assert options == TransferOptions(light=kept)
 
 

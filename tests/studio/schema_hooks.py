@@ -26,7 +26,9 @@ def map_case(context, case):
         if how.phase.name == "coverage" and name in ("render", "export") and len(str(case.body)) % 6:
             places["session"] = os.environ["RELIT_EMPTY"]
     if how.generation.mode == schemathesis.GenerationMode.POSITIVE:
-        if name == "put_photo":
+        if "id" in places:  # one that is there, and stays; or another one, which comes and goes
+            places["id"] = "gone" if name in ("put_reference", "delete_reference") else "kept"
+        if name in ("put_photo", "put_reference"):
             case.body = Path(os.environ["RELIT_PHOTO"]).read_bytes()
         elif name == "put_file" and case.query["format"] == ".pts":
             case.body = LANDMARKS

@@ -54,6 +54,8 @@ def test_every_answer_is_one_that_the_schema_describes(tmp_path):
         for role, photo in photos.items():
             put = client.put(f"{API}/sessions/{session}/photos/{role}", content=photo)
             assert put.json()["landmarks"] is not None
+        for name in ("kept", "gone"):
+            assert client.put(f"{API}/sessions/{session}/references/{name}", content=photos["reference"])
         (tmp_path / "photo.png").write_bytes(photos["target"])
         app.seen.clear()
         command = [sys.executable, "-m", "schemathesis.cli", "--config-file", HERE / "schemathesis.toml"]

@@ -1,4 +1,4 @@
-"""Lights that a person sets: by name or place, turned, softened; and the picture of a light.
+"""Lights that a person sets: by name or place, tilted, turned, filled, softened; and the picture of a light.
 
 A picture of a light is in latitude and longitude, as panoramas are: the middle is where the camera stands,
 left and right are those of the photo, and the upper edge is straight above.
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from relit.light.dome import DOME, Lamps
+from relit.photo.color import luma
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -25,7 +26,9 @@ _GLOW = 14.0  # the same in the picture of a light: half of how far apart the do
 
 
 def studio_lamps(light: StudioLight) -> Lamps:
-    """Return a lamp where a portraitist's stands, and a little light from everywhere.
+    """Return lamps where a portraitist's stand, and a little light from everywhere.
+
+    What looks into the lamp that most falls on has the brightness 1; with all lamps off, the fill is left.
 
     Examples
     --------
@@ -34,10 +37,86 @@ def studio_lamps(light: StudioLight) -> Lamps:
     >>> bool((lamps.directions[0] == [-1, 0, 0]).all() or abs(lamps.directions[0][0] + 1) < 1e-9)
     True
     """
-    rays = _disc(light.azimuth, light.elevation, light.softness)
-    even = light.ambient / np.maximum(-DOME[:, 2], 0).sum()
-    weights = np.append(np.full(len(rays), (1 - light.ambient) / len(rays)), np.full(len(DOME), even))
-    return Lamps(np.vstack([rays, DOME]), weights)
+    rays = [_disc(middle, lamp.size) for middle, lamp in zip(directions_of(light), light.lamps, strict=True)]
+    counts = [len(some) for some in rays]
+    even = light.fill / np.maximum(-DOME[:, 2], 0).sum()
+    strength = (1 - light.fill) * strengths(light)
+    weights = np.append(np.repeat(strength / counts, counts), np.full(len(DOME), even))
+    lamps = Lamps(np.vstack([*rays, DOME]), weights)
+    if not light.colored:
+        return lamps
+    filters = np.vstack([np.repeat([lamp.color for lamp in light.lamps], counts, axis=0), np.ones_like(DOME)])
+    return _behind(lamps, filters)
+
+
+def studio_points(light: StudioLight) -> Lamps:
+    """Return the lamps of a portraitist's light, each as one direction, without what fills their shadows."""
+    lamps = Lamps(directions_of(light), np.array([lamp.power for lamp in light.lamps], float))
+    return _behind(lamps, np.array([lamp.color for lamp in light.lamps])) if light.colored else lamps
+
+
+def directions_of(light: StudioLight) -> NDArray[np.float64]:
+    """Return the unit vectors towards lamps, (n, 3), ``(x, y, z)`` with z growing away from the camera."""
+    azimuth, elevation = np.radians([[lamp.azimuth, lamp.elevation] for lamp in light.lamps]).T
+    level = np.cos(elevation)
+    return np.stack([np.sin(azimuth) * level, -np.sin(elevation), -np.cos(azimuth) * level], axis=1)
+
+
+def strengths(light: StudioLight) -> NDArray[np.float64]:
+    """Return what each lamp does to what looks into it, (n,): the most that one gets of all of them is 1.
+
+    Examples
+    --------
+    >>> from relit.settings.studio_lights import studio_light
+    >>> strengths(studio_light("-90,0+90,0:power=0.5")).tolist(), strengths(studio_light("0,0+0,0")).tolist()
+    ([1.0, 0.5], [0.5, 0.5])
+    """
+    there, powers = directions_of(light), np.array([lamp.power for lamp in light.lamps], float)
+    facing = np.maximum(there @ there.T, 0)
+    np.fill_diagonal(facing, 1)
+    most = float((facing @ powers)[powers > 0].max(initial=0))
+    return powers / (most or 1)
+
+
+def moved(light: StudioLight, tilt: float, turn: float) -> StudioLight:
+    """Return a portraitist's light with its lamps carried upwards over the head, and then round it.
+
+    Examples
+    --------
+    >>> from relit.settings.studio_lights import studio_light
+    >>> lamp = moved(studio_light("0,0"), 30, 50).lamps[0]
+    >>> lamp.azimuth, round(lamp.elevation, 6)
+    (50.0, 30.0)
+    """
+    if tilt:
+        places = zip(light.lamps, *angles_of(tilted(studio_points(light), tilt).directions), strict=True)
+        light = light._replace(lamps=tuple(lamp._replace(azimuth=a, elevation=e) for lamp, a, e in places))
+    return light._replace(lamps=tuple(lamp._replace(azimuth=lamp.azimuth + turn) for lamp in light.lamps))
+
+
+def angles_of(directions: NDArray[np.float64]) -> tuple[list[float], list[float]]:
+    """Return the azimuths and the elevations of directions, in degrees; the inverse of `directions_of`."""
+    x, y, z = directions.T
+    return np.degrees(np.arctan2(x, -z)).tolist(), np.degrees(np.arcsin(np.clip(-y, -1, 1))).tolist()
+
+
+def filled(lamps: Lamps, share: float) -> Lamps:
+    """Return lamps of which even light has replaced a share; what faces the camera is as bright as before.
+
+    Examples
+    --------
+    >>> half = filled(Lamps(np.array([[0.0, 0.0, -1.0]]), np.ones(1)), 0.5)
+    >>> float(half.weights[0]), round(float(np.maximum(-half.directions[:, 2], 0) @ half.weights), 6)
+    (0.5, 1.0)
+    """
+    front = np.maximum(-DOME[:, 2], 0)
+    facing = np.maximum(-lamps.directions[:, 2], 0) / front.sum()
+
+    def both(of: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.concatenate([(1 - share) * of, np.repeat([share * (facing @ of)], len(DOME), axis=0)])
+
+    colors = None if lamps.colors is None else both(lamps.colors)
+    return Lamps(np.vstack([lamps.directions, DOME]), both(lamps.weights), colors)
 
 
 def rotated(lamps: Lamps, rotation: NDArray[np.float64]) -> Lamps:
@@ -65,6 +144,19 @@ def turned(lamps: Lamps, degrees: float) -> Lamps:
     """
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     return rotated(lamps, np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]))
+
+
+def tilted(lamps: Lamps, degrees: float) -> Lamps:
+    """Return lamps carried over the head, from the front upwards: round the axis from ear to ear.
+
+    Examples
+    --------
+    >>> lamps = Lamps(np.array([[0.0, 0.0, -1.0]]), np.ones(1))
+    >>> (tilted(lamps, 90).directions.round(6) + 0.0).tolist()
+    [[0.0, -1.0, 0.0]]
+    """
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return rotated(lamps, np.array([[1, 0, 0], [0, c, -s], [0, s, c]]))
 
 
 def softened(lamps: Lamps, softness: float) -> Lamps:
@@ -134,10 +226,13 @@ def _lobes(there: NDArray[np.float64], lamps: NDArray[np.float64], degrees: floa
     return np.asarray(np.exp((there @ lamps.T - 1) / np.radians(degrees) ** 2))
 
 
-def _disc(azimuth: float, elevation: float, radius: float) -> NDArray[np.float64]:
+def _behind(lamps: Lamps, filters: NDArray[np.float64]) -> Lamps:
+    """Return white lamps behind coloured filters, (n, 3)."""
+    return Lamps(lamps.directions, lamps.weights * luma(filters), lamps.weights[:, None] * filters)
+
+
+def _disc(middle: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
     """Return directions spread over a lamp whose rim is so many degrees from its middle."""
-    a, e = np.radians([azimuth, elevation])
-    middle = np.array([np.sin(a) * np.cos(e), -np.sin(e), -np.cos(a) * np.cos(e)])
     side = np.cross(middle, [0.0, 1.0, 0.0] if abs(middle[1]) < 0.9 else [1.0, 0.0, 0.0])
     side /= np.linalg.norm(side)
     over = np.cross(middle, side)

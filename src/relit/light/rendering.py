@@ -9,13 +9,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from relit.face.shape import face_shape
+from relit.light.lamps import directions_of, strengths
+from relit.photo.channels import within
 from relit.photo.filters import gaussian
-from relit.photo.pixels import GAMMA
+from relit.photo.pixels import GAMMA, to_unit
+from relit.photo.ranks import median
 from relit.photo.resampling import Enlarger, reduced
 
 if TYPE_CHECKING:
@@ -30,7 +33,6 @@ _COARSE = 0.04  # interocular distances that normals are smoothed over
 _STEPS = 48  # along a ray
 _FARTHEST = 1.6  # interocular distances that a shadow falls over
 _ROUGH = 0.02  # interocular distances that a surface must be in front to cast a shadow
-_SOFT = 10.0  # degrees from the middle of the lamp to its rim: a softbox
 _RIM = 6  # rays towards it
 _MARCHED = 40.0  # px between the eyes where rays are marched: shadows are soft
 _PENUMBRA = 0.05  # interocular distances that the steps between the rays' shadows are blurred over
@@ -45,20 +47,28 @@ class Rendered:
     face : FaceRegions
         Where it is.
     light : StudioLight
+    photo : (H, W) or (H, W, 3) array
+        What the face is in: in coloured light it is drawn with its skin's own colour, or a method that cannot
+        tell a light from a skin would take a white one over.
     """
 
     face: FaceRegions
     light: StudioLight
+    photo: NDArray[Any]
 
     @cached_property
     def warped(self) -> NDArray[np.float32]:
         """As of `render`."""
         face = self.face
-        return render(face_shape(face.landmarks, face.shape), self.light, face.interocular_distance)
+        drawn = render(face_shape(face.landmarks, face.shape), self.light, face.interocular_distance)
+        if drawn.ndim == 2 or self.photo.ndim == 2 or not face.skin_area.any():
+            return drawn
+        skin = median(within(to_unit(self.photo), face.skin_area))
+        return np.asarray(drawn * (skin / skin.max()), np.float32)
 
 
 def render(shape: FaceShape, light: StudioLight, iod: float) -> NDArray[np.float32]:
-    """Return a matt white face in a light, encoded as photos are: (H, W) in [0, 1].
+    """Return a matt white face in a light, encoded as photos are: in [0, 1], (H, W), or (H, W, 3) in colours.
 
     `iod` is the interocular distance in px. Beyond the face, it is as at its rim.
     """
@@ -66,13 +76,26 @@ def render(shape: FaceShape, light: StudioLight, iod: float) -> NDArray[np.float
     sigma = _COARSE * iod
     normals = np.moveaxis(gaussian(shape.normals, sigma, edge="repeated"), -1, 0)
     normals = normals / np.linalg.norm(normals, axis=0)
-    straight = np.maximum(np.tensordot(_direction(light).astype(np.float32), normals, 1), 0)
-    lit = (1 - light.ambient) * straight * _visible(shape, light, iod) + light.ambient
+    lit: NDArray[np.float32] | float = 0.0
+    for lamp, there, strength in zip(
+        light.lamps, directions_of(light), strengths(light).tolist(), strict=True
+    ):
+        straight = np.maximum(np.tensordot(there.astype(np.float32), normals, 1), 0)
+        made = (1 - light.fill) * strength * straight * _visible(shape, there, lamp.size, iod)
+        lit = lit + (made[..., None] * np.array(lamp.color, np.float32) if light.colored else made)
+    lit = np.asarray(lit + light.fill, np.float32)
+    if len(light.lamps) > 1:  # between two lamps it is brighter than before either
+        lit = lit / max(float(lit.max()), 1)
     return np.asarray(np.clip(lit, 0, 1) ** (1 / GAMMA), np.float32)
 
 
-def _visible(shape: FaceShape, light: StudioLight, iod: float) -> NDArray[np.float32]:
-    """Return the share of the lamp that each pixel of the face sees past the rest of the face."""
+def _visible(
+    shape: FaceShape, direction: NDArray[np.float64], size: float, iod: float
+) -> NDArray[np.float32]:
+    """Return the share of a lamp that each pixel of the face sees past the rest of the face.
+
+    `direction` is that towards its middle, `size` is in degrees from there to its rim.
+    """
     factor = max(int(iod / _MARCHED), 1)
     iod = iod / factor
     depth = reduced(shape.depth, factor).astype(np.float64) / factor
@@ -86,7 +109,7 @@ def _visible(shape: FaceShape, light: StudioLight, iod: float) -> NDArray[np.flo
     # What is beyond the face is not known to block anything.
     blockers = np.pad(np.where(inside, depth, np.inf)[box], reach, constant_values=np.inf)
     share = np.zeros(surface.shape)
-    rays = _rays(_direction(light))
+    rays = _rays(direction, size)
     for ray in rays:
         free = np.ones(surface.shape, bool)
         for step in (np.linspace(0.03, _FARTHEST, _STEPS) * iod).tolist():
@@ -99,20 +122,12 @@ def _visible(shape: FaceShape, light: StudioLight, iod: float) -> NDArray[np.flo
     return Enlarger(soft, factor, shape.inside.shape).rows(0, shape.inside.shape[0])
 
 
-def _direction(light: StudioLight) -> NDArray[np.float64]:
-    """Return the unit vector towards the lamp, ``(x, y, z)`` with z growing away from the camera."""
-    azimuth, elevation = np.radians([light.azimuth, light.elevation])
-    return np.array(
-        [np.sin(azimuth) * np.cos(elevation), -np.sin(elevation), -np.cos(azimuth) * np.cos(elevation)]
-    )
-
-
-def _rays(direction: NDArray[np.float64]) -> NDArray[np.float64]:
+def _rays(direction: NDArray[np.float64], size: float) -> NDArray[np.float64]:
     """Return directions to the middle of the lamp and to points of its rim."""
     side = np.cross(direction, [0.0, 1.0, 0.0] if abs(direction[1]) < 0.9 else [1.0, 0.0, 0.0])
     side /= np.linalg.norm(side)
     over = np.cross(direction, side)
     around = np.linspace(0, 2 * np.pi, _RIM, endpoint=False)[:, None]
-    rim = direction + np.tan(np.radians(_SOFT)) * (np.cos(around) * side + np.sin(around) * over)
+    rim = direction + np.tan(np.radians(size)) * (np.cos(around) * side + np.sin(around) * over)
     rays = np.vstack([direction, rim])
     return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))

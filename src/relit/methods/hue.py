@@ -56,7 +56,8 @@ def hue_change(
     hue : (H, W, 3) float32 array or None
         Less its mean over the skin; None where the new light has no colours.
     cast : (3,) float64 array
-        The mean.
+        The mean; of lamps that a person set, that of the new light alone: how the old one's differs from
+        white cannot be told from a skin.
     """
     none = np.zeros(3)
     if new is None:
@@ -64,13 +65,14 @@ def hue_change(
     assert scene.skin is not None
     inside = scene.skin > 0.5 if np.any(scene.skin > 0.5) else scene.face.inside
     if old is None:  # a grey target takes on the reference's colours, light and skin alike
-        return _colors_of(scene), none
+        return new if scene.rendered else _colors_of(scene), none
     change = new - old - _remains(scene, smooth, old, inside)
     cast = _mean(within(change, inside))
     skin = within(change, scene.face.skin_area)
     low, high = quantile(skin, 1 - _NEARLY_ALL), quantile(skin, _NEARLY_ALL)
     change = moved(clipped(change, low, high), -cast)
-    return change * np.float32(shrunk(_variance(within(change, inside)), noise)), cast
+    change *= np.float32(shrunk(_variance(within(change, inside)), noise))
+    return change, _mean(within(new, inside)) if scene.rendered else cast
 
 
 def shrunk(variance: float, noise: float) -> float:

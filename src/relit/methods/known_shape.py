@@ -18,6 +18,7 @@ from relit.photo.curves import log
 from relit.photo.filters import distance_from, gaussian
 from relit.photo.ranks import quantile
 from relit.photo.resampling import blurred
+from relit.runtime.memo import remembered
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -39,6 +40,7 @@ _EDGE = 0.02  # interocular distances over which skin ends
 _RIM = 0.03  # interocular distances that trust in the shape turns soft over at the rim of a head
 
 
+@remembered
 def known_shape(face: FaceRegions, head: NDArray[np.bool_]) -> Plane:
     """Return where the light on a head is known, 0 to 1.
 

@@ -42,7 +42,8 @@ class LightChange:
         By how much more than D red, green and blue change, against one another; the mean is 0. None of light
         without colour.
     cast : (3,) array
-        The mean of that: the reference's overall colour less the target's, light and skin alike.
+        The mean of that: the reference's overall colour less the target's, light and skin alike; of lamps
+        that a person set, their overall colour.
     bleach : Bleach or None
         How far the target's skin is bleached, which is undone as its brightness changes; None of a grey one.
     face : (H, W) bool array
@@ -53,8 +54,10 @@ class LightChange:
         Where the head is, 0 to 1.
     confidence : float
         How far this can be trusted, 0 to 1.
-    lamps : Lamps
-        The new light.
+    lamps, sources : Lamps
+        The new light, and the same as of `Lighting`.
+    no_skin : bool
+        Whether all of the cast is the light's, and none a skin's.
     layers : mapping of str to array
         As of `Relit`.
     """
@@ -71,6 +74,8 @@ class LightChange:
     known: Plane
     confidence: float
     lamps: Lamps
+    sources: Lamps
+    no_skin: bool
     layers: Mapping[str, NDArray[np.float32]]
 
     def anchored(self, exposure: float, cast: float | None) -> Relit:
@@ -81,12 +86,15 @@ class LightChange:
         exposure : float
             Share of the reference's brightness that the face takes on, the rest being the target's; 0 to 1.
         cast : float or None
-            The same of its overall colour; with None, as much of it as is more than two skins differ by.
+            The same of its overall colour; with None, as much of it as is more than two skins differ by,
+            or all, where it is no skin's.
         """
         light = np.atleast_3d(self.light)
         made = light * repeated(exp(self.brightness), light.shape[2])
         if self.hue is not None:
-            if cast is None:
+            if cast is None and self.no_skin:
+                cast = 1.0
+            elif cast is None:
                 cast = max(0.0, 1 - _SKINS**2 / max(float(self.cast @ self.cast), 1e-12))
             made = made * exp(moved(self.hue, cast * self.cast))
         # A colour takes away from white light, as a filter does: the brightest channel is what is kept.

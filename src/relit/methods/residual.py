@@ -12,6 +12,7 @@ import numpy as np
 
 from relit.face.mirror import halves
 from relit.photo.resampling import blurred
+from relit.runtime.memo import remembered
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -42,6 +43,7 @@ def of_reference(reference: LitFace, below_brows: NDArray[np.floating], blur: fl
     return np.asarray(_THEIRS * _blurred(reference, most, blur, iod)[0], np.float32)
 
 
+@remembered
 def of_target(target: LitFace, twin: NDArray[np.float64] | None, blur: float, iod: float) -> Plane:
     """Return b t: what the old light has of the target's residual; `twin` is as of `mirror.twins`."""
     shared, differing = halves(*_blurred(target, np.inf, blur, iod), twin)

@@ -53,6 +53,8 @@ class Scene:
         How the reference was laid over the target; None if it was rendered.
     encoded : bool
         Whether the planes are light by the curve of sRGB; grey photos count as light itself.
+    colored : bool
+        Whether relit planes may have colours: a target's own, or those that the light gives to a grey one.
     skin, reference_skin : (H, W) array or None
         Where the target shows skin, and where the reference does as well; None if it was rendered.
     like_skin : (H, W) array or None
@@ -70,6 +72,7 @@ class Scene:
     own: NDArray[Any] | None = None
     alignment: Alignment | None = None
     encoded: bool = True
+    colored: bool = True
     skin: NDArray[np.float32] | None = None
     reference_skin: NDArray[np.float32] | None = None
     like_skin: NDArray[np.float32] | None = None
@@ -87,15 +90,16 @@ class Scene:
         return max(lam_in_px(self.lam, self.face.interocular_distance), 1 / (_BEYOND * side))
 
 
+@dataclass(frozen=True, eq=False)
 class Layers(Mapping[str, NDArray[np.float32]]):
     """Planes by name, which are made when one is first asked for."""
 
-    def __init__(self, make: Callable[[], Mapping[str, NDArray[np.float32]]]) -> None:
-        self._make = make
+    names: tuple[str, ...]
+    make: Callable[[], Mapping[str, NDArray[np.float32]]]
 
     @cached_property
     def _made(self) -> Mapping[str, NDArray[np.float32]]:
-        return self._make()
+        return self.make()
 
     def __getitem__(self, name: str) -> NDArray[np.float32]:
         """Return one."""
@@ -103,11 +107,11 @@ class Layers(Mapping[str, NDArray[np.float32]]):
 
     def __iter__(self) -> Iterator[str]:
         """Return their names, one by one."""
-        return iter(self._made)
+        return iter(self.names)
 
     def __len__(self) -> int:
         """Return how many there are."""
-        return len(self._made)
+        return len(self.names)
 
 
 class Relit(NamedTuple):

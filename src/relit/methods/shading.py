@@ -34,7 +34,16 @@ import numpy as np
 from relit.face.head import turn_between
 from relit.face.mirror import twins
 from relit.face.shape import head_shape
-from relit.light.lamps import rotated, softened, studio_lamps, turned
+from relit.light.lamps import (
+    filled,
+    moved,
+    rotated,
+    softened,
+    studio_lamps,
+    studio_points,
+    tilted,
+    turned,
+)
 from relit.methods.bleach import bleach_of
 from relit.methods.hue import hue_change, shrunk, without_noise
 from relit.methods.known_shape import as_explained, known_shape, not_outshining
@@ -56,6 +65,7 @@ if TYPE_CHECKING:
     from relit.face.landmarks import Landmarks
     from relit.face.regions import FaceRegions
     from relit.face.shape import FaceShape
+    from relit.light.dome import Lamps
     from relit.methods.lit_face import Plane
     from relit.methods.scene import Scene
 
@@ -69,20 +79,15 @@ _VAGUE, _VAGUE_HUE, _SURE, _UNSURE = 1.0, 0.5, 0.42, 0.3
 _NEARLY_ALL = 0.98  # the share of a face that changes less than the most that ears and neck may
 _FLAT = 0.2  # cosine of the angle to the camera up to which a reference shows nothing; at twice, it does
 
+#: What is made on the way, as of `Lighting.layers`.
+LAYERS = ("target_light", "target_is_lit", "person", "new_light")
+
 
 def relight(scene: Scene) -> LightChange:
     """Return the change of light."""
     face, iod, options = scene.face, scene.face.interocular_distance, scene.options
     shape, target, reference = _explained(scene)
-    if reference is None:
-        light = studio_light(options.light)
-        # Of a light by name the lamp is turned, and not the little light from everywhere.
-        lamps = studio_lamps(light._replace(azimuth=light.azimuth + options.turn))
-        most = np.inf
-    else:
-        turn = turn_between(scene.reference_landmarks, face.landmarks)
-        lamps, most = turned(rotated(reference.lamps, turn), options.turn), reference.most()
-    lamps = softened(lamps, options.softness)
+    lamps, sources, most = _new_light(scene, reference)
     sure = _sure_of(reference)
     own_doubt, doubt = iod * (1 - _sure_of(target)), iod * (1 - sure)
     # Shades of the old light that the new one is not known to replace stay as they are in the photo.
@@ -92,11 +97,12 @@ def relight(scene: Scene) -> LightChange:
     change = new - old
     variance = float(change[face.interior].var())
     twin, finest = twins(face.landmarks, shape), 0.5 / scene.lam_px
-    residual = -of_target(target, twin, finest, iod)
+    residual = -of_target(target, twin, finest, iod)  # a new array: what is remembered stays
     if reference is not None:
         change *= shrunk(variance, _NOISE)
-        if options.turn == 0:  # shadows and highlights that were found do not turn
-            residual += (1 - options.softness) * sure * of_reference(reference, face.below_brows, finest, iod)
+        if options.turn == options.tilt == 0:  # shadows and highlights that were found do not turn
+            kept = (1 - options.softness) * (1 - (options.fill or 0.0)) * sure
+            residual += kept * of_reference(reference, face.below_brows, finest, iod)
     photo = linear(scene.target, scene.encoded)
     bright, smooth = brightness_of(photo), without_noise(photo, iod)
     missing, reached = stand_in(bright, old, target, reference, face.features, twin, iod)
@@ -121,8 +127,32 @@ def relight(scene: Scene) -> LightChange:
         known=known,
         confidence=1.0 if reference is None else _confidence(reference, target),
         lamps=lamps,
-        layers=Layers(partial(_layers, scene, photo, (old, old_hue), (new, new_hue), reached)),
+        sources=sources,
+        no_skin=reference is None,
+        layers=Layers(LAYERS, partial(_layers, scene, photo, (old, old_hue), (new, new_hue), reached)),
     )
+
+
+def _new_light(scene: Scene, reference: LitFace | None) -> tuple[Lamps, Lamps, float]:
+    """Return the new light, the same as of `Lighting.sources`, and the most that it makes of a face.
+
+    Lamps are tilted, then turned; then they are filled; then all is softened.
+    """
+    options = scene.options
+    if reference is None:
+        # Of a light by name the lamps are moved, and not the little light from everywhere.
+        light = moved(studio_light(options.light, options.fill), options.tilt, options.turn)
+        lamps, sources, most = studio_lamps(light), studio_points(light), np.inf
+        if not scene.colored:
+            lamps, sources = lamps._replace(colors=None), sources._replace(colors=None)
+    else:
+        turn = turn_between(scene.reference_landmarks, scene.face.landmarks)
+        found = tilted(rotated(reference.lamps, turn), options.tilt)
+        lamps = sources = turned(found, options.turn)
+        most = reference.most()
+        if options.fill is not None:
+            lamps = filled(lamps, options.fill)
+    return softened(lamps, options.softness), softened(sources, options.softness), most
 
 
 def _explained(scene: Scene) -> tuple[FaceShape, LitFace, LitFace | None]:

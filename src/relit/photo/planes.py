@@ -36,6 +36,11 @@ class PlaneSpace:
     #: Whether a grey target takes on colours.
     coloring: bool = False
 
+    @property
+    def shows_colors(self) -> bool:
+        """Whether the planes of a colour reference have its colours, and not one channel alone."""
+        return not self.by_luma and (self.chosen is None or len(self.chosen) > 1)
+
     def of_target(self, image: NDArray[Any]) -> NDArray[Any]:
         """Return the planes of a target, (H, W) or (H, W, k). One plane serves all three of a reference."""
         if self.by_luma:

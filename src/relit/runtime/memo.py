@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from dataclasses import fields, is_dataclass
-from functools import wraps
+from functools import partial, wraps
 from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
@@ -191,6 +191,8 @@ def _parts(value: Any) -> list[Any] | None:
     """Return what a value is made of, None if it is one thing."""
     if is_dataclass(value):
         return [getattr(value, part.name) for part in fields(value)]
+    if isinstance(value, partial):  # what is yet to be made holds what it will be made of
+        return [value.func, *value.args, *value.keywords.values()]
     if isinstance(value, Mapping):
         return [*value.keys(), *value.values()]
     return list(value) if isinstance(value, (list, tuple)) else None

@@ -53,7 +53,8 @@ class TransferOptions:
     light : str, (float, float) or None
         A light that needs no reference: ``rembrandt``, ``butterfly``, ``split``, ``loop``, ``rim``, ``flat``,
         or the lamp's place in degrees to the right of the picture and upwards, ``"-30,20"`` or ``(-30, 20)``;
-        kept as text.
+        kept as text. In a text, lamps may have a size, a power and a colour, and are joined by ``+``:
+        ``"-30,20:size=25:color=#ffd9a0+rim:power=0.4"``.
     strength : float
         How much of the change of light is made: 0 is the target, 1 the whole; more exaggerates.
     shadows : float
@@ -102,6 +103,12 @@ class TransferOptions:
     turn : float
         Degrees by which ``shading`` carries the light round the head, within ±180; what comes from the camera
         goes to the right of the picture.
+    fill : float or None
+        Light from everywhere, 0 to 1: of ``light``, as a share of what falls on what looks into a lamp, and
+        None for the named light's own, 0.2 of a lamp by its place. Of a reference ``shading`` has even light
+        instead of that share of what it found, and None leaves it.
+    tilt : float
+        Degrees by which ``shading`` carries the light upwards over the head, within ±90, before it is turned.
 
     Raises
     ------
@@ -139,7 +146,8 @@ class TransferOptions:
     light: Light = option(
         None,
         f"A light that needs no REFERENCE: {', '.join(STUDIO_LIGHTS)}, or AZ,EL, where the lamp stands in "
-        "degrees, from the camera to the right of the picture and upwards.",
+        "degrees, from the camera to the right of the picture and upwards. A lamp may have a size (degrees "
+        "to its rim), a power and a colour, and others follow: -30,20:size=25:color=#ffd9a0+rim:power=0.4",
         flag="--light",
         words=tuple(STUDIO_LIGHTS),
         text=True,
@@ -248,6 +256,22 @@ class TransferOptions:
         flag="--turn",
         at_least=-180,
         at_most=180,
+    )
+    fill: float | None = option(
+        None,
+        "Light from everywhere, which is how light the shadows are: 0 none, 1 nothing else. By default that "
+        "of the light by name, 0.2 of a lamp by its place, and of a REFERENCE what is found, which methods "
+        "other than shading take in any case.",
+        flag="--fill",
+        at_least=0,
+        at_most=1,
+    )
+    tilt: float = option(
+        0.0,
+        "Method shading: degrees to carry the light upwards over the head, before it is turned.",
+        flag="--tilt",
+        at_least=-90,
+        at_most=90,
     )
 
     def __post_init__(self) -> None:

@@ -51,3 +51,5 @@ class TransferChanges(TypedDict, total=False):
     smoothing: float | None
     softness: float
     turn: float
+    fill: float | None
+    tilt: float

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Annotated
 
@@ -21,7 +22,8 @@ from relit.photo.samples import sample
 from relit.settings.options import TransferOptions
 from relit.settings_file import as_points
 from relit.studio import models
-from relit.studio.pictures import exported, jpeg, preview_of, rendered, views_of, window_of
+from relit.studio.lights import light_headers
+from relit.studio.pictures import THUMBNAIL, exported, jpeg, preview_of, rendered, views_of, window_of
 from relit.studio.schema import FILE, NAMED, VIEW_HEADERS, described, links, sends
 from relit.studio.sessions import EXPIRES, ROLES, Portrait, Session, Sessions, StudioError
 
@@ -89,40 +91,51 @@ def about(session: ThisSession) -> models.Seats:
 
 
 @of_session.post("/samples", responses=links(200, "$request.path.session", "render", "export", "swap"))
-def samples(request: Request, session: ThisSession) -> models.Pair:
+def samples(request: Request, store: Store, session: ThisSession) -> models.Pair:
     """Load the two sample photos."""
     for role in ROLES:
-        _take(request, session, role, io.BytesIO(sample(role).read_bytes()))
+        data = io.BytesIO(sample(role).read_bytes())
+        store.keep(session, role, find_face(data, role, request.app.state.most_pixels))
     return models.Pair.of(session.portraits)
 
 
 @of_session.put("/photos/{role}", openapi_extra=FILE, responses=described(400))
 async def put_photo(request: Request, session: ThisSession, role: models.Role) -> models.PhotoFacts:
     """Take a photo, as the body, and find its face."""
+    portrait = await posted(request, find_face, role)
+    (await _store(request)).keep(session, role, portrait)
+    return models.PhotoFacts.of(portrait, role)
+
+
+async def posted(request: Request, find: Callable[[io.BytesIO, str, int], Portrait], role: str) -> Portrait:
+    """Return the photo that is the body of a request, with its face."""
     # Not request.body(), which holds it twice for a while; and freed even where a traceback lives on.
     with io.BytesIO() as data:
         async for part in request.stream():
             data.write(part)
         data.seek(0)
-        return await run_in_threadpool(_take, request, session, role, data)
+        return await run_in_threadpool(find, data, role, request.app.state.most_pixels)
 
 
-def _take(request: Request, session: Session, role: str, data: io.BytesIO) -> models.PhotoFacts:
-    state = request.app.state
+def find_face(data: io.BytesIO, role: str, most_pixels: int) -> Portrait:
+    """Return a photo of a role, with its face if one is found."""
 
     def found() -> Portrait:
-        photo = read_image(data, max_pixels=state.most_pixels)
+        photo = read_image(data, max_pixels=most_pixels)
         check_pixels(photo.pixels, role)
         return Portrait.of(photo, role)
 
-    portrait = _WORKERS.submit(found).result()
-    state.sessions.keep(session, role, portrait)
-    return models.PhotoFacts.of(portrait, role)
+    return _WORKERS.submit(found).result()
 
 
 @of_session.get("/photos/{role}", **sends("image/jpeg", "The photo.", {}))
 def get_photo(store: Store, session: ThisSession, portrait: ThisPortrait, side: Side = 1280) -> Response:
     """Return a photo as a JPEG in sRGB."""
+    return shown(store, session, portrait, side)
+
+
+def shown(store: Sessions, session: Session, portrait: Portrait, side: int) -> Response:
+    """Answer with a photo of a session, at most so many px long."""
     with store.computing(session):
         photo = _WORKERS.submit(preview_of, portrait, side).result()
     return Response(jpeg(photo.pixels), media_type="image/jpeg")
@@ -187,16 +200,22 @@ def swap(session: ThisSession) -> models.Pair:
 
 @of_session.post("/render", **sends("image/jpeg", "The view.", VIEW_HEADERS, 400, 409))
 def render(store: Store, session: ThisSession, wanted: models.RenderRequest) -> Response:
-    """Return a preview as a JPEG; a request that a newer one has overtaken is stale."""
+    """Return a preview as a JPEG; a request that a newer one has overtaken is stale.
+
+    Thumbnails, of 256 px at most, are no part of that sequence. With `reference`, that one of those at hand
+    gives the light.
+    """
     settings = TransferOptions().changed(**wanted.options)
-    session.newest = max(session.newest, wanted.sequence)
+    thumbnail = wanted.side <= THUMBNAIL
+    if not thumbnail:
+        session.newest = max(session.newest, wanted.sequence)
 
     def go_on() -> None:
-        if wanted.sequence < session.newest:
+        if not thumbnail and wanted.sequence < session.newest:
             raise StudioError(409, "stale", "A newer preview was asked for.")
 
     with store.computing(session):
-        preview = _WORKERS.submit(rendered, session, settings, wanted.side, quick=wanted.quick, go_on=go_on)
+        preview = _WORKERS.submit(rendered, session, settings, wanted, go_on)
         result, factor = preview.result()
     views = views_of(result)
     if wanted.view not in views:
@@ -206,8 +225,8 @@ def render(store: Store, session: ThisSession, wanted: models.RenderRequest) -> 
         "X-Relit-Views": ",".join(views),
         "X-Relit-Lambda-Px": f"{result.view.factor * factor / result.lam:.2f}",
         "X-Relit-Seconds": f"{sum(result.seconds.values()):.3f}",
-    }
-    return Response(jpeg(views[wanted.view]), media_type="image/jpeg", headers=headers)
+    } | light_headers(result)
+    return Response(jpeg(views[wanted.view]()), media_type="image/jpeg", headers=headers)
 
 
 @of_session.post("/export", **sends("application/zip", "The files.", NAMED, 400, 409))

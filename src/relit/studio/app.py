@@ -15,6 +15,7 @@ from starlette.types import ASGIApp
 from relit._version import VERSION
 from relit.studio import api
 from relit.studio.failures import answer_failures
+from relit.studio.gallery import gallery
 from relit.studio.guard import Guard
 from relit.studio.intake import Intake
 from relit.studio.sessions import Sessions
@@ -65,6 +66,7 @@ def create_app(
     app.state.most_bytes, app.state.most_pixels = most_bytes, most_pixels
     app.include_router(api.api)
     app.include_router(api.of_session)
+    app.include_router(gallery)
     answer_failures(app)
     if page:
         static = str(resources.files("relit.studio") / "static")

@@ -54,7 +54,8 @@ class Intake:
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
-        pool = self.photos if "/photos/" in scope["path"] else self.others
+        photo = "/photos/" in scope["path"] or "/references/" in scope["path"]
+        pool = self.photos if photo else self.others
         length = Headers(scope=scope).get("content-length", "")
         refused = _excess(pool, int(length) if length.isdigit() else 0)
         received, whole = 0, False

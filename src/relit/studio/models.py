@@ -17,6 +17,8 @@ from relit.studio.pictures import VIEWS
 from relit.studio.sessions import ROLES, Portrait
 
 Role = Literal["target", "reference"]
+#: Names of references at hand, which clients choose.
+REFERENCE_ID = "^[A-Za-z0-9_-]{1,40}$"
 if TYPE_CHECKING:
     Suffix: TypeAlias = str
     View: TypeAlias = str
@@ -114,6 +116,9 @@ class RenderRequest(BaseModel):
     side: _Whole = Field(640, ge=64, le=2048)
     quick: bool = False
     sequence: _Whole = Field(0, ge=0, le=2**53)
+    reference: str | None = Field(
+        None, pattern=REFERENCE_ID, description="Of those at hand, the one that gives the light."
+    )
 
 
 class ExportRequest(BaseModel):

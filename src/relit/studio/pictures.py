@@ -7,7 +7,8 @@ import math
 import zipfile
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from functools import partial
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from PIL import Image
 
 from relit.face.landmark_files import landmarks_as_bytes
 from relit.face.landmarks import Landmarks
-from relit.figures import view_pictures
+from relit.figures import view_makers
 from relit.photo.atomic_files import NamedBytes
 from relit.photo.photo import Photo
 from relit.photo.pixels import from_unit, to_unit
@@ -36,6 +37,17 @@ VIEWS = (
     *("target_u", "target_v", "reference_u", "reference_v", "mask", "known", "difference"),
 )
 
+#: The longest side in px of a preview that is one of many.
+THUMBNAIL = 256
+
+
+class Asked(Protocol):
+    """What a preview is asked to be: at most so many px long, a sketch, by which reference at hand."""
+
+    side: int
+    quick: bool
+    reference: str | None
+
 
 def preview_of(portrait: Portrait, side: int) -> Photo:
     """Return the photo in sRGB, its longest side at most so many px and reduced by a whole factor."""
@@ -54,17 +66,17 @@ def _factor(photo: Photo, side: int) -> int:
 
 
 def rendered(
-    session: Session, options: TransferOptions, side: int, *, quick: bool, go_on: Callable[[], None]
+    session: Session, options: TransferOptions, asked: Asked, go_on: Callable[[], None]
 ) -> tuple[TransferResult, int]:
     """Relight the session's target at the size of a preview; return by how much that was reduced, too.
 
     Before each step `go_on` is called: what it raises ends the work.
     """
     go_on()
-    factor = _factor(session.portrait("target", needed=True).photo, side)
-    with session.memo.open(go_on):
-        detail = options.record.sketch_iod if quick else options.record.preview_iod
-        return _relit(_faces(session, options, side), options, detail), factor
+    factor = _factor(session.portrait("target", needed=True).photo, asked.side)
+    with (session.small if asked.side <= THUMBNAIL else session.memo).open(go_on):
+        detail = options.record.sketch_iod if asked.quick else options.record.preview_iod
+        return _relit(_faces(session, options, asked.side, asked.reference), options, detail), factor
 
 
 def exported(session: Session, options: TransferOptions, suffix: str) -> bytes:
@@ -83,9 +95,12 @@ def exported(session: Session, options: TransferOptions, suffix: str) -> bytes:
     return packed.getvalue()
 
 
-def _faces(session: Session, options: TransferOptions, side: int | None = None) -> Faces:
+def _faces(
+    session: Session, options: TransferOptions, side: int | None = None, reference: str | None = None
+) -> Faces:
     """Return the photos of a transfer and their landmarks by role, at the size of a preview if it is one."""
-    ready = {role: session.ready(role) for role in (ROLES if options.light is None else ROLES[:1])}
+    roles = ROLES if options.light is None else ROLES[:1]
+    ready = {role: session.ready(role, reference) for role in roles}
     if side is None:
         return {role: (portrait.photo, marks) for role, (portrait, marks) in ready.items()}
     return {
@@ -107,15 +122,22 @@ def _relit(faces: Faces, options: TransferOptions, detail: float | None = None) 
     )
 
 
-def views_of(result: TransferResult) -> dict[str, NDArray[Any]]:
-    """Return the pictures of a transfer by the names of their views."""
-    pictures = view_pictures(result) | {"result": result.image}
-    pictures["warped"] = pictures["warped_reference"]
+def views_of(result: TransferResult) -> dict[str, Callable[[], NDArray[Any]]]:
+    """Return what makes the pictures of a transfer, by the names of their views."""
+    makers = view_makers(result)
+    makers |= {
+        "result": lambda: result.image,
+        "warped": makers["warped_reference"],
+        "difference": partial(_difference, result),
+    }
+    return {view: makers[view] for view in VIEWS if view in makers}
+
+
+def _difference(result: TransferResult) -> NDArray[np.uint8]:
     before, after = to_unit(result.target), to_unit(result.image)
     if before.ndim < after.ndim:
         before = before[..., None]
-    pictures["difference"] = from_unit((after - before) / 2 + 0.5, np.uint8)
-    return {view: pictures[view] for view in VIEWS if view in pictures}
+    return from_unit((after - before) / 2 + 0.5, np.uint8)
 
 
 def window_of(result: TransferResult, view: str) -> tuple[float, float, float, float]:

@@ -21,14 +21,18 @@ VIEW_HEADERS = {
     "X-Relit-Views": "Names of the views that this method has.",
     "X-Relit-Lambda-Px": "1/lambda, in px of the target: what is smaller stays the person's.",
     "X-Relit-Seconds": "How long it took.",
+    "X-Relit-Lamps": "The new light without its fill, as JSON: [azimuth, elevation, power, '#rrggbb'] of "
+    "each lamp in degrees, the strongest first and its power 1; [] of a method that finds none.",
+    "X-Relit-Fill": "Its light from everywhere, as a share of what falls on what looks into it; or empty.",
+    "X-Relit-Confidence": "How far it can be trusted that this is the reference's light, 0 to 1.",
 }
 _MEANINGS = {
     400: "The photo, the landmarks or an option cannot be used; or the body is no JSON.",
     403: "The server does not go by the name in Host, or another site's page asks.",
-    404: "There is no such session (`not_found`), or it has no such photo yet (`no_photo`).",
+    404: "There is no such session (`not_found`), or it has no such photo (`no_photo`).",
     408: "The body stopped coming.",
-    409: "A photo (`no_photo`) or its landmarks (`no_face`) are missing, or a newer preview was asked for "
-    "(`stale`).",
+    409: "A photo (`no_photo`) or its landmarks (`no_face`) are missing, a newer preview was asked for "
+    "(`stale`), or there are as many references as there may be (`full`).",
     413: "The body is longer than bodies of its kind may be.",
     422: "The request is not of the form that this schema describes.",
     429: "Others are sending as much as fits into memory: ask again after the seconds in Retry-After.",

@@ -21,6 +21,11 @@ EXPIRES = 3600
 
 ROLES = ("target", "reference")
 
+#: References that a session may have at hand.
+MOST_REFERENCES = 24
+
+_OF_THUMBNAILS = 30_000_000  # bytes: a look at a target of 160 px, and what twelve lights do to it
+
 
 class StudioError(RelitError):
     """A request that cannot be met: with its HTTP status, and a code that tells programs why."""
@@ -73,10 +78,13 @@ class Session:
     ----------
     portraits : dict
         Role → photo and face.
+    gallery : dict
+        Name → photo and face of a reference at hand.
     newest : int
         The highest sequence number of a preview asked for: older ones are stale.
-    memo : Memo
-        What its last previews were made of.
+    memo, small : Memo
+        What its last previews were made of, and its last thumbnails: many of them do not push out what a
+        preview needs.
     used : float
         When it was last asked for, by the monotonic clock.
     lock : Lock
@@ -84,8 +92,10 @@ class Session:
     """
 
     portraits: dict[str, Portrait] = field(default_factory=dict)
+    gallery: dict[str, Portrait] = field(default_factory=dict)
     newest: int = -1
     memo: Memo = field(default_factory=Memo)
+    small: Memo = field(default_factory=lambda: Memo(_OF_THUMBNAILS))
     used: float = field(default_factory=time.monotonic)
     lock: threading.Lock = field(default_factory=threading.Lock)
 
@@ -102,22 +112,39 @@ class Session:
             raise StudioError(409 if needed else 404, "no_photo", message)
         return self.portraits[role]
 
-    def ready(self, role: str) -> tuple[Portrait, Landmarks]:
-        """Return the photo of a role and its landmarks; raise a `StudioError` if one is missing."""
-        portrait = self.portrait(role, needed=True)
+    def in_gallery(self, name: str, *, needed: bool = False) -> Portrait:
+        """Return a reference at hand; raise a `StudioError` as `portrait` does."""
+        if (portrait := self.gallery.get(name)) is None:
+            raise StudioError(409 if needed else 404, "no_photo", f"There is no reference {name!r} at hand.")
+        return portrait
+
+    def ready(self, role: str, name: str | None = None) -> tuple[Portrait, Landmarks]:
+        """Return the photo of a role and its landmarks; raise a `StudioError` if one is missing.
+
+        With a name, it is that reference at hand.
+        """
+        if name is not None and role == "reference":
+            portrait = self.in_gallery(name, needed=True)
+        else:
+            portrait = self.portrait(role, needed=True)
         return portrait, portrait.face(role)
+
+    @property
+    def photos(self) -> list[Portrait]:
+        """All photos, those of the gallery too."""
+        return [*self.portraits.values(), *self.gallery.values()]
 
     @property
     def size(self) -> int:
         """Bytes in memory, about."""
-        held = [(portrait.photo, portrait.previews) for portrait in list(self.portraits.values())]
-        return size_of(held) + self.memo.size
+        held = [(portrait.photo, portrait.previews) for portrait in self.photos]
+        return size_of(held) + self.memo.size + self.small.size
 
     def forget(self) -> None:
         """Forget what can be made again, unless the session is computing."""
         if self.lock.acquire(blocking=False):
-            self.memo = Memo()
-            for portrait in self.portraits.values():
+            self.memo, self.small = Memo(), Memo(_OF_THUMBNAILS)
+            for portrait in self.photos:
                 portrait.previews = {}
             self.lock.release()
 
@@ -180,6 +207,21 @@ class Sessions:
         """Give a session a photo; sessions unused for longest end where memory would not do."""
         with self._lock:
             session.portraits[role] = portrait
+        self.make_room(session)
+
+    def keep_in_gallery(self, session: Session, name: str, portrait: Portrait) -> None:
+        """Give a session a reference at hand, in place of one of that name; as `keep` does.
+
+        Raises
+        ------
+        StudioError
+            If it has as many others as it may have.
+        """
+        with self._lock:
+            if name not in session.gallery and len(session.gallery) >= MOST_REFERENCES:
+                message = f"There are {MOST_REFERENCES} references at hand; delete one of them first."
+                raise StudioError(409, "full", message)
+            session.gallery[name] = portrait
         self.make_room(session)
 
     @contextmanager

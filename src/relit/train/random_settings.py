@@ -12,7 +12,7 @@ from relit.errors import OptionError
 from relit.settings.methods import WITH_SECOND_REFERENCE
 from relit.settings.option_fields import is_finite
 from relit.settings.options import TransferOptions
-from relit.settings.studio_lights import STUDIO_LIGHTS, light_text, studio_light
+from relit.settings.studio_lights import light_text, studio_light
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -163,11 +163,11 @@ def _lights(lights: Any, default: tuple[str, ...]) -> tuple[str, ...]:
         try:
             if light != RANDOM_LAMP:
                 studio_light(light)
-        except OptionError:
-            raise OptionError(
-                f"lights: expected {RANDOM_LAMP}, {', '.join(STUDIO_LIGHTS)}, or AZ,EL in degrees within "
-                f"±180 and ±90, got {light!r}"
-            ) from None
+        except OptionError as error:
+            what = (
+                str(error).removeprefix("light: ").replace("expected one of", f"expected {RANDOM_LAMP},", 1)
+            )
+            raise OptionError(f"lights: {what}") from None
     return tuple(map(light_text, given))
 
 

@@ -1,0 +1,92 @@
+"""References at hand: kept, shown, chosen, and counted."""
+
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from relit.photo.samples import sample
+from relit.studio.sessions import MOST_REFERENCES
+from tests.studio.api import API, png
+
+PHOTO = sample("reference").read_bytes()
+
+
+def preview(client, place, **asked):
+    answer = client.post(f"{place}/render", json={"side": 160, **asked})
+    return answer.content if answer.status_code == 200 else answer.json()["error"]["code"]
+
+
+def test_a_reference_at_hand_gives_the_light_that_it_gives_as_the_sessions_own(client, place):
+    facts = client.put(f"{place}/references/of_target", content=sample("target").read_bytes()).json()
+    assert facts == client.get(place).json()["target"]
+    assert client.get(f"{place}/references").json() == {"of_target": facts}
+    own = preview(client, place)
+    other = preview(client, place, reference="of_target")
+    assert own != other
+    assert preview(client, place) == own
+    chosen = client.post(f"{place}/references/of_target/choose").json()
+    assert chosen["reference"] == facts == chosen["target"]
+    assert preview(client, place) == other
+    assert list(client.get(f"{place}/references").json()) == ["of_target"]
+
+
+def test_its_photo_is_returned_as_small_as_asked(client, place):
+    client.put(f"{place}/references/one", content=PHOTO)
+    answer = client.get(f"{place}/references/one/photo?side=200")
+    assert answer.content == client.get(f"{place}/photos/reference?side=200").content
+    with Image.open(io.BytesIO(answer.content)) as photo:
+        assert max(photo.size) <= 200
+
+
+def test_what_is_deleted_is_gone_and_was_chosen_all_the_same(client, place):
+    client.put(f"{place}/references/one", content=PHOTO)
+    client.post(f"{place}/references/one/choose")
+    assert client.delete(f"{place}/references/one").status_code == 204
+    for answer in (
+        client.delete(f"{place}/references/one"),
+        client.get(f"{place}/references/one/photo"),
+        client.post(f"{place}/references/one/choose"),
+    ):
+        assert (answer.status_code, answer.json()["error"]["code"]) == (404, "no_photo")
+    assert preview(client, place, reference="one") == "no_photo"
+    assert client.get(f"{place}/photos/reference").status_code == 200
+
+
+def test_one_without_a_face_is_kept_and_gives_no_light(client, place):
+    facts = client.put(f"{place}/references/plain", content=png(np.full((90, 80), 99, np.uint8))).json()
+    assert facts["landmarks"] is None
+    assert "place landmarks by hand" in facts["message"]
+    assert preview(client, place, reference="plain") == "no_face"
+
+
+def test_there_are_so_many_and_no_more(client):
+    place = f"{API}/sessions/{client.post(f'{API}/sessions').json()['session']}"
+    photo = png(np.zeros((9, 9), np.uint8))
+    for number in range(MOST_REFERENCES):
+        assert client.put(f"{place}/references/{number}", content=photo).status_code == 200
+    answer = client.put(f"{place}/references/more", content=photo)
+    assert (answer.status_code, answer.json()["error"]["code"]) == (409, "full")
+    assert client.put(f"{place}/references/3", content=photo).status_code == 200
+    client.delete(f"{place}/references/3")
+    assert client.put(f"{place}/references/more", content=photo).status_code == 200
+
+
+@pytest.mark.parametrize("name", ["a b", "a.png", "x" * 41, "é"])
+def test_other_names_are_refused(client, place, name):
+    assert client.put(f"{place}/references/{name}", content=PHOTO).status_code == 422
+    assert client.post(f"{place}/render", json={"reference": name}).status_code == 422
+
+
+def test_what_is_no_photo_is_refused(client, place):
+    answer = client.put(f"{place}/references/one", content=b"no photo")
+    assert (answer.status_code, answer.json()["error"]["code"]) == (400, "bad_photo")
+    assert client.get(f"{place}/references").json() == {}
+
+
+def test_thumbnails_leave_the_sequence_of_previews_alone(client, place):
+    assert client.post(f"{place}/render", json={"sequence": 7, "quick": True}).status_code == 200
+    assert client.post(f"{place}/render", json={"side": 160, "sequence": 3}).status_code == 200
+    assert client.post(f"{place}/render", json={"side": 160, "sequence": 9}).status_code == 200
+    assert client.post(f"{place}/render", json={"sequence": 8, "quick": True}).status_code == 200
