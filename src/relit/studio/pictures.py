@@ -20,8 +20,8 @@ from relit.photo.atomic_files import NamedBytes
 from relit.photo.photo import Photo
 from relit.photo.pixels import from_unit, to_unit
 from relit.photo.resampling import reduced
-from relit.photo.writing import write_image
 from relit.relighting import transfer
+from relit.result_files import check_results_destination, write_results
 from relit.results import TransferResult
 from relit.runtime.memo import remembered
 from relit.settings.options import TransferOptions
@@ -35,6 +35,8 @@ VIEWS = (
     *("result", "warped", "target_light", "new_light", "person"),
     *("target_u", "target_v", "reference_u", "reference_v", "mask", "known", "difference"),
 )
+
+_ENDINGS = {".exr": ".layers.exr"}  # of exported files, where another than the format's
 
 
 def preview_of(portrait: Portrait, side: int) -> Photo:
@@ -71,9 +73,10 @@ def exported(session: Session, options: TransferOptions, suffix: str) -> bytes:
     """Return what ``relit transfer --config settings.json`` makes of the same photos, and what it takes."""
     faces = _faces(session, options)
     target, landmarks = faces["target"][0], {role: marks for role, (_, marks) in faces.items()}
-    image = NamedBytes(f"relit{suffix}")
+    image = NamedBytes(f"relit{_ENDINGS.get(suffix, suffix)}")
     like = replace(target, alpha=None) if suffix == ".jpg" else target
-    write_image(image, _relit(faces, options).image, like=like)
+    check_results_destination(image, like=like)
+    write_results(image, [_relit(faces, options)], like=like)
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
         archive.writestr(image.name, image.getvalue())
