@@ -101,10 +101,22 @@ def test_masks_are_where_the_parts_are(photo, face, result):
     x, y = np.rint(face.xy.mean(axis=0)).astype(int)
     assert masks["Face"][y, x] == 1
     assert masks["Background"][10, 10] == 1
+    assert masks["Hair and clothes"][500, 200] == 1  # below all that was looked at
     assert masks["Background"][y, x] == masks["Hair and clothes"][y, x] == 0
     assert sum(masks.values()).max() < 1.01
     changed = (result.image != photo.pixels).any(axis=2)
     assert changed[masks["Background"] == 1].mean() < 0.01
+
+
+def test_black_stays_white_and_black_in_what_is_multiplied_and_dodged(photo, result):
+    """So that one can paint there."""
+    made = by_name(layers_of([result], photo))
+    for name, neutral in zip(NAMES[1:3], (255, 0), strict=True):
+        layer = made[name]
+        height, width = layer.photo.pixels.shape[:2]
+        below = photo.pixels[layer.top : layer.top + height, layer.left : layer.left + width]
+        assert (below == 0).any()
+        assert (layer.photo.pixels[below == 0] == neutral).all()
 
 
 def test_the_change_is_no_larger_than_what_changed(photo, result):

@@ -77,6 +77,15 @@ def test_normals_are_of_length_one_and_look_at_the_camera(tmp_path, photo, face,
     assert up[0] > up[1]
 
 
+def test_a_person_is_the_same_in_every_light(photo, face):
+    shown = []
+    for light in ("rembrandt", "split", "butterfly"):
+        _, found = passes_of([transfer(photo, light=light, target_landmarks=face)], photo)
+        points = face.xy.astype(int)
+        shown.append(np.log(found["person.G"][points[:, 1], points[:, 0]].astype(float) + 0.01))
+    assert np.median(np.ptp(shown, axis=0)) < 0.1
+
+
 def test_of_a_method_that_tells_no_person_the_light_is_the_change(photo, face):
     made = transfer(photo, sample("reference"), target_landmarks=face, method="moments")
     relit, found = passes_of([made], photo)

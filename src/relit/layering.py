@@ -77,11 +77,9 @@ def before_and_after(results: Sequence[TransferResult], like: Photo) -> tuple[Ph
     return joined(before, like), joined(after, like)
 
 
-def at_full_size(
-    plane: NDArray[np.float32], view: View, shape: tuple[int, ...], beyond: float = 0.0
-) -> NDArray[np.float32]:
-    """Return a plane of a view, (h, w) or (h, w, k), as large as its photo, and `beyond` round the view."""
-    whole = np.full((*shape[:2], *plane.shape[2:]), beyond, np.float32)
+def at_full_size(plane: NDArray[np.float32], view: View, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """Return a plane of a view, (h, w) or (h, w, k), as large as its photo, and 0 round the view."""
+    whole = np.zeros((*shape[:2], *plane.shape[2:]), np.float32)
     part = whole[view.window]
     part[...] = Enlarger(plane, view.factor, part.shape).rows(0, len(part))
     return whole
@@ -120,7 +118,10 @@ def _masks(results: Sequence[TransferResult], like: Photo) -> Iterator[Layer]:
         view = result.view
         person, covered = person_area(view), hair(view)
         face = view.regions.mask(_FACE_EDGE) * (person - covered)
+        rows, _ = view.window
         for whole, part in ((faces, face), (hairs, covered), (persons, person)):
-            np.maximum(whole, at_full_size(part, view, shape), out=whole)
+            large = at_full_size(part, view, shape)
+            large[rows.stop :] = large[rows.stop - 1]  # a view ends across a body, which goes on below
+            np.maximum(whole, large, out=whole)
     masks = {"Face": faces, "Hair and clothes": hairs, "Background": 1 - persons}
     yield from filter(None, (as_mask(name, share, like) for name, share in masks.items()))

@@ -73,7 +73,8 @@ def change_in_layers(before: NDArray[Any], after: NDArray[Any]) -> tuple[NDArray
     Returns
     -------
     (NDArray, NDArray)
-        ``before / (1 - lower) · upper`` is `after` to a level, except where `before` is 0.
+        ``before / (1 - lower) · upper`` is `after` to a level, except where `before` is 0, which they leave
+        as it is.
 
     Examples
     --------
@@ -85,11 +86,12 @@ def change_in_layers(before: NDArray[Any], after: NDArray[Any]) -> tuple[NDArray
     full = np.float32(full_of(before.dtype))
     for top in range(0, len(before), _ROWS):
         rows = slice(top, top + _ROWS)
-        old, new = (np.maximum(image[rows].astype(np.float32), 1) for image in (before, after))
-        dodge = np.ceil(full * np.maximum(new - old, 0) / new)
+        old, new = (image[rows].astype(np.float32) for image in (before, after))
+        dodge = np.ceil(full * np.maximum(new - old, 0) / np.maximum(new, 1))
+        dodge[old == 0] = 0
         dodged = np.minimum(np.rint(full * old / np.maximum(full - dodge, 1)), full)
         lower[rows] = dodge
-        upper[rows] = from_unit(after[rows].astype(np.float32) / dodged, before.dtype)
+        upper[rows] = np.where(old == 0, full, np.rint(full * np.minimum(new / np.maximum(dodged, 1), 1)))
     return lower, upper
 
 
