@@ -97,6 +97,14 @@ class TestCommand:
         succeed("batch --targets in/0 --light rim -o in/0/done --limit 2 --format tif")
         assert set(results("in/0/done")) == {"0.tif", "3.tif"}
 
+    def test_layers(self, tree, succeed):
+        succeed("batch --targets in/0 --light rim -o out --limit 1 --format ora")
+        succeed("transfer in/0/0.png --light rim -o alone.ora")
+        assert set(results("out")) == {"0.ora"}
+        assert (tree / "out/0.ora").read_bytes() == (tree / "alone.ora").read_bytes()
+        succeed("batch --targets in/0 --light rim -o deep --limit 1 --format layers.exr")
+        assert set(results("deep")) == {"0.layers.exr"}
+
     def test_stores(self, tree, succeed, monkeypatch):
         """Manifest, photos and results in a store; again, what is there is asked for and not read."""
         root = f"memory://{uuid.uuid4()}"
@@ -186,6 +194,7 @@ class TestCommand:
                 "--format: expected none with decompose, got '.png'",
             ),
             ("m.csv --format gif -o out", "--format: expected one of .bmp, "),
+            ("m.csv --do normalize --format ora -o out", "--format: expected one of .bmp, "),
             ("m.csv --do landmarks --format png -o out", "--format: expected one of .csv, .json"),
             ("m.csv -o out --results out.txt", "expected a table that ends in .csv or .parquet"),
             ("m.csv -o s3://bucket/out", "--journal: expected a local file"),

@@ -1,6 +1,7 @@
 """What the command line refuses, in one line and leaving nothing behind."""
 
 import os
+import sys
 
 import numpy as np
 import pytest
@@ -123,6 +124,21 @@ class TestRefusals:
 
         monkeypatch.setattr(detect, "detect_landmarks", work)
         assert output in fail(f"{command} target.png reference.png -o {output}")
+
+    def test_layers_are_refused_as_photos_are(self, place, fail, monkeypatch):
+        monkeypatch.setattr(
+            detect, "detect_landmarks", lambda *_a, **_k: pytest.fail("looks for faces first")
+        )
+        monkeypatch.setitem(sys.modules, "OpenEXR", None)
+        (place / "there.ora").write_bytes(b"")
+        for output, message in {
+            "there.ora": "there.ora: exists already; use --force",
+            "no/out.psd": "there is no folder no",
+            "out.layers.exr": "out.layers.exr: OpenEXR files need an extra: pip install 'relit[exr]'",
+        }.items():
+            assert message in fail(f"transfer target.png reference.png -o {output}")
+        told = fail("align target.png reference.png -o out.ora")
+        assert "no format to write goes by '.ora'" in told
 
     def test_alpha_is_not_dropped_silently(self, place, fail):
         Image.new("RGBA", (72, 82)).save(place / "clear.png")

@@ -3,6 +3,8 @@
 Photos written are read back with Pillow, imagecodecs and tifffile, not with relit.
 """
 
+import zipfile
+
 import imagecodecs
 import numpy as np
 import pytest
@@ -53,6 +55,17 @@ class TestTransfer:
         away = untouched(plain)
         assert not changed[away].any()
         assert changed[~away].mean() > 0.3
+
+    def test_by_its_name_a_file_holds_layers(self, studio, plain, succeed):
+        succeed(f"{TRANSFER} -o out.ora")
+        with zipfile.ZipFile("out.ora") as file:
+            merged = imagecodecs.png_decode(file.read("mergedimage.png"))
+            lowest = file.read("stack.xml").decode().split("src=")[-1].split('"')[1]
+            below = imagecodecs.png_decode(file.read(lowest))
+        np.testing.assert_array_equal(merged, plain.image)
+        np.testing.assert_array_equal(below, studio.target)
+        succeed(f"{TRANSFER} -o out.psd")
+        np.testing.assert_array_equal(pixels_of("out.psd"), plain.image)
 
     def test_png_keeps_16_bits(self, studio, place, succeed):
         target = as_16_bits(studio.target)

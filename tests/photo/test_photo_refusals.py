@@ -123,6 +123,10 @@ REFUSED = {
     "HEIC sequence": (b"\0\0\0\x18ftyphevc\0\0\0\0", "found an animated HEIC file"),
     "AVIF": (b"\0\0\0\x18ftypavif\0\0\0\0", "found an AVIF file"),
     "video": (b"\0\0\0\x18ftypisom\0\0\0\0", "found a video file"),
+    "OpenRaster": (
+        b"PK\x03\x04" + bytes(26) + b"mimetypeimage/openrasterPK\x03\x04",
+        "found an OpenRaster file; convert it to JPEG, PNG",
+    ),
     "PDF": (b"%PDF-1.7\n", "found a PDF file"),
     "CMYK JPEG": (saved(Image.new("CMYK", (8, 8)), "JPEG"), "holds CMYK colours; convert it to RGB"),
     "CMYK TIFF": (saved(Image.new("CMYK", (8, 8)), "TIFF"), "holds SEPARATED colours; convert it to RGB"),

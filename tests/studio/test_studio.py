@@ -184,16 +184,22 @@ class TestRendering:
             assert answer.json()["error"]["code"] == "bad_option"
             assert answer.json()["error"]["message"].startswith(next(iter(options)))
 
-    @pytest.mark.parametrize("suffix", [".png", ".jpg", ".tif"])
+    @pytest.mark.parametrize(
+        ("asked", "suffix"),
+        [
+            *((suffix, suffix) for suffix in (".png", ".jpg", ".tif", ".ora", ".psd")),
+            (".exr", ".layers.exr"),
+        ],
+    )
     def test_the_command_line_makes_the_same_bytes_of_what_is_exported(
-        self, client, place, suffix, tmp_path, monkeypatch
+        self, client, place, asked, suffix, tmp_path, monkeypatch
     ):
         marks = client.get(f"{place}/landmarks/target").json()
         points = np.array(marks["points"])
         points[1] += [2.25, -1.5, 0]
         client.put(f"{place}/landmarks/target", json={"scheme": marks["scheme"], "points": points.tolist()})
         answer = client.post(
-            f"{place}/export", json={"options": {"strength": 0.6, "tint": 0.25}, "format": suffix}
+            f"{place}/export", json={"options": {"strength": 0.6, "tint": 0.25}, "format": asked}
         )
         with zipfile.ZipFile(io.BytesIO(answer.content)) as packed:
             assert set(packed.namelist()) == {

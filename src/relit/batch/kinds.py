@@ -13,6 +13,7 @@ from relit.face.landmarks import check_inside
 from relit.photo.atomic_files import NamedBytes
 from relit.photo.writing import check_destination, write_image
 from relit.relighting import transfer
+from relit.result_files import check_results_destination, write_results
 from relit.splitting import Splitting, grey_like
 
 if TYPE_CHECKING:
@@ -58,17 +59,17 @@ class Doing:
             self.measured["eye_distance"] = round(found.interocular_distance, 3)
         return found
 
-    def encoded(self, name: str, pixels: Any, like: Photo | None = None) -> bytes:
+    def encoded(self, name: str, pixels: Any) -> bytes:
         """Return a photo as a file of this name holds it."""
         stream = NamedBytes(name)
         with self.watch("write"):
-            write_image(stream, pixels, like=like)
+            write_image(stream, pixels)
         return stream.getvalue()
 
 
 def _transfer(row: Doing) -> list[bytes]:
     job, photo = row.job, row.photo(row.job.target)
-    check_destination(NamedBytes(job.output), like=photo)
+    check_results_destination(NamedBytes(job.output), like=photo)
     here, light, there = row.face(photo, "target"), None, None
     if job.reference is not None:
         light = row.photo(job.reference)
@@ -78,7 +79,10 @@ def _transfer(row: Doing) -> list[bytes]:
     alignment = result.first.alignment
     row.measured["folded"] = round(alignment.folded, 6) if alignment else 0.0
     row.measured["change"] = round(_mean_change(result), 6)
-    return [row.encoded(job.output, result.image, photo)]
+    stream = NamedBytes(job.output)
+    with row.watch("write"):
+        write_results(stream, [result], like=photo)
+    return [stream.getvalue()]
 
 
 def _mean_change(result: TransferResult) -> float:

@@ -14,6 +14,7 @@ from relit.batch.jobs import KINDS, Job, options_with
 from relit.errors import OptionError
 from relit.face.landmark_files import FORMATS as LANDMARK_FORMATS
 from relit.photo.codecs.formats import FORMATS
+from relit.result_files import LAYERED
 
 if TYPE_CHECKING:
     from relit.batch.jobs import Row, Rows
@@ -119,7 +120,10 @@ class Naming:
 
 def suffixes_of(kind: str) -> list[str]:
     """Return the suffixes that files of a kind can have; none where nobody may choose."""
-    return [] if KINDS[kind].parts else sorted(LANDMARK_FORMATS if kind == "landmarks" else _PHOTOS)
+    layered = LAYERED if kind == "transfer" else ()
+    return (
+        [] if KINDS[kind].parts else sorted(LANDMARK_FORMATS if kind == "landmarks" else {*_PHOTOS, *layered})
+    )
 
 
 def _stem(place: str) -> tuple[str, ...]:

@@ -34,6 +34,7 @@ from relit.cli.terminal import (
 from relit.errors import ImageError
 from relit.photo.reading import read_image
 from relit.photo.writing import check_destination, write_image
+from relit.result_files import check_results_destination, write_results
 from relit.runtime.allocator import keep_freed_memory
 from relit.runtime.timing import Stopwatch
 from relit.settings.options import TransferOptions
@@ -130,7 +131,7 @@ def transfer(
         photo, *others = [read_photo(source.path) for source in (ours, *theirs)]
         beside = read_photo(second.path) if second.path else None
         area = _read_mask(region_mask) if region_mask else None
-    check_destination(output, like=photo, overwrite=force)
+    check_results_destination(output, like=photo, overwrite=force)
     with progress("Finding the faces"), watch("find the faces"):
         faces, there = _find_faces([(ours, photo), *zip(theirs, others, strict=True)], all_faces=all_faces)
         marks = second.face_in(beside) if beside else None
@@ -151,7 +152,7 @@ def transfer(
     warn_of_confidence(result.confidence)
     with progress("Writing"), watch("write"):
         pictures = _stage_files(result) if folder else {}
-        write_image(output, result.image, like=photo, overwrite=force)
+        write_results(output, results, like=photo, overwrite=force)
         if sheet is not None:
             from relit.figures import comparison_sheet
 

@@ -80,7 +80,7 @@ def write_image(
     >>> read_image(io.BytesIO(file.getvalue())).pixels.dtype
     dtype('uint16')
     """
-    photo = _as_photo(image, like)
+    photo = joined(image, like)
     kind = _format_of(destination, photo, format)
     _check_fits(photo, kind, name_of(destination))
     known = FORMATS[kind]
@@ -123,7 +123,7 @@ def check_destination(
         check_free(path, overwrite=overwrite)
 
 
-def _as_photo(image: NDArray[Any] | Photo, like: Photo | None) -> Photo:
+def joined(image: NDArray[Any] | Photo, like: Photo | None) -> Photo:
     """Join an array with what it takes over, and check that the whole can be written."""
     if isinstance(image, Photo):
         if like is not None:

@@ -122,11 +122,11 @@ class RenderRequest(BaseModel):
 
 
 class ExportRequest(BaseModel):
-    """Files at full resolution."""
+    """Files at full resolution; ``.ora``, ``.psd`` and ``.exr`` hold layers."""
 
     model_config = _asked(options={"strength": 0.8})
     options: _Options = {}
-    format: Literal[".png", ".jpg", ".tif"] = ".png"
+    format: Literal[".png", ".jpg", ".tif", ".ora", ".psd", ".exr"] = ".png"
 
 
 class Problem(BaseModel):

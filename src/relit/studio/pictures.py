@@ -21,8 +21,8 @@ from relit.photo.atomic_files import NamedBytes
 from relit.photo.photo import Photo
 from relit.photo.pixels import from_unit, to_unit
 from relit.photo.resampling import reduced
-from relit.photo.writing import write_image
 from relit.relighting import transfer
+from relit.result_files import check_results_destination, write_results
 from relit.results import TransferResult
 from relit.runtime.memo import remembered
 from relit.settings.options import TransferOptions
@@ -37,6 +37,7 @@ VIEWS = (
     *("target_u", "target_v", "reference_u", "reference_v", "mask", "known", "difference"),
 )
 
+_ENDINGS = {".exr": ".layers.exr"}  # of exported files, where another than the format's
 #: The longest side in px of a preview that is one of many.
 THUMBNAIL = 256
 
@@ -82,10 +83,8 @@ def rendered(
 def exported(session: Session, options: TransferOptions, suffix: str) -> bytes:
     """Return what ``relit transfer --config settings.json`` makes of the same photos, and what it takes."""
     faces = _faces(session, options)
-    target, landmarks = faces["target"][0], {role: marks for role, (_, marks) in faces.items()}
-    image = NamedBytes(f"relit{suffix}")
-    like = replace(target, alpha=None) if suffix == ".jpg" else target
-    write_image(image, _relit(faces, options).image, like=like)
+    image = _file_of(faces, options, suffix)
+    landmarks = {role: marks for role, (_, marks) in faces.items()}
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
         archive.writestr(image.name, image.getvalue())
@@ -93,6 +92,22 @@ def exported(session: Session, options: TransferOptions, suffix: str) -> bytes:
             archive.writestr(f"{role}.json", landmarks_as_bytes(f"{role}.json", marks))
         archive.writestr("settings.json", as_json(Settings(options, **landmarks)))
     return packed.getvalue()
+
+
+def exported_at_hand(session: Session, options: TransferOptions, suffix: str, target: str) -> bytes:
+    """Return the file of another photo, one at hand, in the same light."""
+    portrait = session.in_gallery(target, needed=True)
+    given = {"target": (portrait.photo, portrait.face("target"))}
+    return _file_of(_faces(session, options) | given, options, suffix).getvalue()
+
+
+def _file_of(faces: Faces, options: TransferOptions, suffix: str) -> NamedBytes:
+    """Return the relit photo at its full size as a file."""
+    target, image = faces["target"][0], NamedBytes(f"relit{_ENDINGS.get(suffix, suffix)}")
+    like = replace(target, alpha=None) if suffix == ".jpg" else target
+    check_results_destination(image, like=like)
+    write_results(image, [_relit(faces, options)], like=like)
+    return image
 
 
 def _faces(

@@ -16,6 +16,10 @@ from relit.photo.pixels import divide_by_alpha, to_depth, to_unit
 from relit.photo.profile import decode_srgb, encode_srgb, srgb_with_primaries
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
     from relit.photo.codecs import CheckSize
 
 #: Of ITU-T H.273: primaries that are not stated; curves that start from another white than paper.
@@ -131,6 +135,11 @@ def encode_exr(photo: Photo) -> bytes:
 
     That loses the colours of what cannot be seen, where alpha is 0.
     """
+    return encode_exr_layers(photo, {})
+
+
+def encode_exr_layers(photo: Photo, channels: Mapping[str, NDArray[np.floating[Any]]]) -> bytes:
+    """Write a photo as `encode_exr` does, and further channels by their names, "layer.R" and so on."""
     library = openexr()
     light = to_unit(photo.samples)
     colours = light[..., : 1 if photo.is_grey else 3]
@@ -139,10 +148,10 @@ def encode_exr(photo: Photo) -> bytes:
         colours *= light[..., -1:]
     if photo.is_grey:
         planes = map(np.ascontiguousarray, np.moveaxis(light, 2, 0))
-        channels = dict(zip("YA", planes, strict=False))
+        own = dict(zip("YA", planes, strict=False))
     else:
-        channels = {"RGBA"[: light.shape[2]]: light}
+        own = {"RGBA"[: light.shape[2]]: light}
     header = {"compression": library.ZIP_COMPRESSION, "type": library.scanlineimage}
     buffer = io.BytesIO()
-    library.File(header, channels).write(buffer)
+    library.File(header, own | dict(channels)).write(buffer)
     return buffer.getvalue()

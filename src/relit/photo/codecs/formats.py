@@ -86,6 +86,7 @@ _OTHERS = {
     "a JPEG XL": rb"\xff\x0a|\0\0\0\x0cJXL ",
     "a JPEG 2000": rb"\0\0\0\x0cjP  |\xff\x4f\xff\x51",
     "a Photoshop": rb"8BPS",
+    "an OpenRaster": rb"PK\x03\x04.{26}mimetypeimage/openraster",
     "a PDF": rb"%PDF",
     "a text": rb"[^\0-\x08\x0e-\x1f]*$",
     "an unknown": rb"",
