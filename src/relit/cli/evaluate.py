@@ -56,7 +56,11 @@ _EVALUATED = ("method", "exposure", "tint", "neighborhood", "split_first", "mask
 @click.option("--jobs", type=Count(1), metavar="N", help="Processes to work in. [default: all cores]")
 @click.option("--limit", type=Count(1), metavar="N", help="Evaluate N cases only, spread evenly.")
 @click.option(
-    "-o", "--output", metavar="STEM", help="Write STEM.json, and STEM.csv with a line per transfer."
+    "-o",
+    "--output",
+    type=FILE,
+    metavar="STEM",
+    help="Write STEM.json, and STEM.csv with a line per transfer.",
 )
 @click.option(
     "--figure", type=FILE, metavar="PICTURE", help="Draw a case, and the same with the roles swapped."

@@ -197,13 +197,13 @@ def transfer(
     of_target = [about(ours.path, photo, face) for face in faces]
     for facts in (*of_target, *described):
         say_face(facts)
-    say(f"light: confidence {result.confidence:.2f}, no finer than {1 / result.lam:.0f} px (1/λ)")
+    say(f"light: confidence {result.confidence:.2f}, 1/λ {1 / result.lam:.1f} px")
     if timings or is_verbose():
         show_timings(watch.seconds)
-    light = settings.light or " and ".join(source.name for source in theirs)
+    light = settings.light or "of " + " and ".join(source.name for source in theirs)
     report(
         as_json,
-        f"{'all faces' if all_faces else 'the face'} of {ours.name} in the light of {light}",
+        f"{'all faces' if all_faces else 'the face'} of {ours.name} under the light {light}",
         output=output,
         sheet=sheet,
         stages=written,

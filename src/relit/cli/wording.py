@@ -43,20 +43,28 @@ _PHRASES: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
     (r"\bgot \((\d+), (\d+)(?:, \d+)?\)", r"got \2x\1 px"),
     (r"\b(u?int|float|complex)(\d+) values", lambda found: f"{_KINDS[found[1]]} of {found[2]} bits"),
 )
-# Not a part of a file's name, and no value in quotes.
+# No part of a file's name, and no value in quotes.
 _NAMES = re.compile(rf"(?<![\w./'-])({'|'.join(name for name in _CALLED if '_' in name)})(?![\w./'-])")
 
 
 def in_flags(message: str) -> str:
-    """Return a message of the library with flags for its arguments.
+    """Return a message of the library with flags for its arguments, and without words of Python.
+
+    What a file is to blame for keeps its names: they are keys of settings, or columns of a table.
 
     Examples
     --------
     >>> in_flags("lam: expected a finite number above 0, or 'auto', got -1.0")
     "--lambda: expected a finite number above 0, or 'auto', got -1.0"
+    >>> in_flags("settings.json: lam: expected a finite number above 0, or 'auto', got None")
+    "settings.json: lam: expected a finite number above 0, or 'auto', got nothing"
     """
-    argument, colon, rest = message.partition(":")
-    return in_plain_words(f"{_CALLED.get(argument, argument)}{colon}{rest}")
+    argument, colon, rest = message.partition(": ")
+    if argument in _CALLED:
+        argument = _CALLED[argument]
+    elif not _NAMES.search(argument):
+        return in_plain_words(message)
+    return _NAMES.sub(lambda found: _CALLED[found[1]], in_plain_words(f"{argument}{colon}{rest}"))
 
 
 def in_plain_words(message: str) -> str:
@@ -70,4 +78,4 @@ def in_plain_words(message: str) -> str:
     subject, colon, rest = message.partition(": ")
     for python, plain in _PHRASES:
         rest = re.sub(python, plain, rest)
-    return _NAMES.sub(lambda found: _CALLED[found[1]], f"{subject}{colon}{rest}")
+    return f"{subject}{colon}{rest}"
