@@ -74,6 +74,7 @@ WRONG = [
     f"{TRANSFER} -o out.png --face -1",
     f"{TRANSFER} -o out.png --config text.json",
     f"{TRANSFER} -o out.png --config null.json",
+    "transfer target.png reference.png -o out.png --config far.json",
     "transfer target.png --light sun -o out.png",
     "transfer target.png --light 10,100 -o out.png",
     "transfer target.png reference.png --light loop",
@@ -130,6 +131,7 @@ def wrong(place):
         "lam": {"options": {"lam": None, "mask": None}},
         "name": {"options": {"glow": 1}},
         "marks": {"landmarks": {"target": {"points": [[1, 2]]}}},
+        "far": {"landmarks": {"target": {"scheme": "points", "points": (points + 900).tolist()}}},
     }.items():
         (place / f"{name}.json").write_text(json.dumps(record))
     (place / "pairs.csv").write_text(
@@ -178,6 +180,10 @@ def test_no_python_is_told(run, command):
             "--target-landmarks and --reference-landmarks must pair up row by row",
         ),
         (f"{TRANSFER} -o out.png --config lam.json", "lam.json: lam: expected a finite number above 0"),
+        (
+            "transfer target.png reference.png -o out.png --config far.json",
+            "--config: landmarks of the target: 68 of 68 points lie outside the 72x82 image",
+        ),
         ("evaluate triples.csv", "small.png: expected 72x82 px, as its target has, got 71x82"),
     ],
 )

@@ -151,8 +151,8 @@ def batch(
     """Relight many photos, or take their light out, split them, or find their landmarks.
 
     MANIFEST is a table, .csv, .jsonl or .parquet, a row for each result: target, reference,
-    target_landmarks, reference_landmarks, output, and any option of transfer by its name in Python (lam,
-    strength, light, ...); what is empty is as the command says. Paths count from its own folder. Or give
+    target_landmarks, reference_landmarks, output, and any option of transfer (light, strength, color_space,
+    lam for --lambda, ...); what is empty is as the command says. Paths count from its own folder. Or give
     --targets and --references.
 
     A run that was interrupted, or killed, goes on when the same command is given again. A row that fails

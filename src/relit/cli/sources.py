@@ -80,7 +80,8 @@ class Source(NamedTuple):
                 return detect_landmarks(photo.pixels, face=self.face or 0, name=self.name)
         except LandmarkError as error:
             raise type(error)(self._with_own_flags(str(error))) from None
-        check_inside(found, photo.pixels.shape, self.landmarks or f"{self.argument}_landmarks")
+        where = self.landmarks or f"--config: landmarks of the {self.argument}"
+        check_inside(found, photo.pixels.shape, where)
         return found
 
     def _with_own_flags(self, message: str) -> str:
