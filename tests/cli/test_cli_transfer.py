@@ -88,7 +88,7 @@ class TestControl:
             np.testing.assert_array_equal(pixels_of("part.png")[: rows.start], studio.target[: rows.start])
             np.testing.assert_array_equal(pixels_of("part.png")[rows], pixels_of("whole.png")[rows])
         assert "expected a grey picture" in fail(f"{TRANSFER} -o o.png --region-mask colours.png")
-        assert "region_mask: expected shape (82, 72)" in fail(f"{TRANSFER} -o o.png --region-mask small.png")
+        assert "--region-mask: expected 72x82 px" in fail(f"{TRANSFER} -o o.png --region-mask small.png")
 
 
 class TestLights:

@@ -15,6 +15,7 @@ from tests.command import TRANSFER
 FIELDS = {field.name: field for field in dataclasses.fields(TransferOptions)}
 
 # What a command takes besides transfer options.
+LOUDNESS = {"quiet", "verbose"}
 PHOTOS = {"target", "reference", "target_landmarks", "target_face", "reference_landmarks", "reference_face"}
 OTHERS = {
     "transfer": PHOTOS - {"reference"}
@@ -27,16 +28,20 @@ OTHERS = {
         "all_faces",
         "config",
     }
-    | {"output", "swap", "stages", "sheet", "timings", "force", "as_json"},
-    "align": PHOTOS | {"output", "force", "as_json"},
+    | {"output", "swap", "stages", "sheet", "timings", "force", "as_json", "help_all"}
+    | LOUDNESS,
+    "align": PHOTOS | {"output", "force", "as_json"} | LOUDNESS,
     "batch": {"manifest", "kind", "output", "targets", "references", "pairing", "seed", "suffix", "engine"}
-    | {"workers", "address", "limit", "dry_run", "results", "journal", "cache_size", "force", "as_json"},
-    "decompose": {"image", "output", "landmarks", "face", "eye_distance", "force", "as_json"},
-    "normalize": {"image", "output", "landmarks", "face", "eye_distance", "force", "as_json"},
+    | {"workers", "address", "limit", "dry_run", "results", "journal", "cache_size", "force", "as_json"}
+    | {"help_all"}
+    | LOUDNESS,
+    "decompose": {"image", "output", "landmarks", "face", "eye_distance", "force", "as_json"} | LOUDNESS,
+    "normalize": {"image", "output", "landmarks", "face", "eye_distance", "force", "as_json"} | LOUDNESS,
     "evaluate": {"source", "protocol", "chosen", "lams", "jobs", "limit", "output", "figure", "number"}
-    | {"force", "as_json"},
-    "landmarks": {"image", "output", "overlay", "face", "force", "as_json"},
-    "samples": {"folder", "force", "as_json"},
+    | {"force", "as_json"}
+    | LOUDNESS,
+    "landmarks": {"image", "output", "overlay", "face", "force", "as_json"} | LOUDNESS,
+    "samples": {"folder", "force", "as_json"} | LOUDNESS,
     "studio": {"photos", "port", "opened"},
     "serve": {"host", "port", "names", "page"},
 }
@@ -158,8 +163,10 @@ class TestOneSourceOfOptions:
 
     @pytest.mark.parametrize("command", OTHERS)
     def test_help(self, succeed, command):
-        shown = "".join(succeed(f"{command} --help").decode().split())
-        assert shown == "".join(succeed(f"{command} -h").decode().split())
+        brief = "".join(succeed(f"{command} --help").decode().split())
+        assert brief == "".join(succeed(f"{command} -h").decode().split())
+        grouped = "help_all" in OTHERS[command]
+        shown = "".join(succeed(f"{command} --help-all").decode().split()) if grouped else brief
         for name in OPTIONS.get(command, set()):
             field = FIELDS[name]
             assert "".join(field.metadata["help"].split()) in shown
@@ -171,6 +178,7 @@ class TestOneSourceOfOptions:
             if isinstance(parameter, click.Option):
                 assert parameter.help
                 assert parameter.opts[-1] in shown
+                assert parameter.opts[-1] in brief
 
     def test_overview(self, succeed, run):
         shown = succeed("--help").decode()

@@ -71,7 +71,7 @@ def start(code, command, place, **options):
 
 
 MOMENTS = {
-    "reading": ("relit.cli.terminal", "read_image"),
+    "reading": ("relit.cli.sources", "read_image"),
     "finding the face": ("relit.inputs", "check_pair"),
     "solving": ("relit.methods.shading", "stand_in"),
     "encoding": ("relit.photo.writing", "save"),

@@ -178,7 +178,7 @@ class TestTransfer:
         np.testing.assert_array_equal(
             pixels_of("steps/warped_second_reference.png"), pixels_of("steps/warped_reference.png")
         )
-        assert "second_reference: expected the reference's face" in fail(
+        assert "--second-reference: expected the reference's face" in fail(
             f"{TRANSFER} -o o.png --method quotient", code=2
         )
         assert "expected none with method 'shading'" in fail(

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from relit.errors import OptionError
+from relit.settings.option_fields import GROUPS
 from relit.settings.options import TransferOptions
 from relit.settings.studio_lights import studio_light
 from relit.settings.transfer_changes import TransferChanges
@@ -18,6 +19,16 @@ def test_every_option_declares_its_flag_and_help():
         assert option.metadata["flag"].startswith("--")
         assert len(option.metadata["help"]) > 15
         assert f"    {option.name} : " in TransferOptions.__doc__
+
+
+def test_every_option_has_a_group_and_words_of_a_photographer():
+    titles = [option.metadata["title"] for option in fields(TransferOptions)]
+    assert len(set(titles)) == len(titles)
+    for option in fields(TransferOptions):
+        assert option.metadata["group"] in GROUPS
+        assert option.metadata["title"][0].isupper()
+        assert "_" not in option.metadata["title"]
+    assert {option.metadata["group"] for option in fields(TransferOptions)} == set(GROUPS)
 
 
 def test_options_have_the_types_that_editors_see():

@@ -281,7 +281,9 @@ class TestOptions:
         assert [option["name"] for option in said["options"]] == list(TransferOptions.__dataclass_fields__)
         for option in said["options"]:
             field = TransferOptions.__dataclass_fields__[option["name"]]
-            assert option["help"] == field.metadata["help"]
+            assert {key: option[key] for key in ("title", "group", "help")} == {
+                key: field.metadata[key] for key in ("title", "group", "help")
+            }
             assert option["default"] == field.default
             assert option["kind"] in {"choice", "number", "switch", "text"}
 

@@ -7,6 +7,7 @@ that ``--help`` and refusals come at once.
 
 from __future__ import annotations
 
+import shlex
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +18,7 @@ import click
 from relit import __version__
 from relit.cli.batch import batch
 from relit.cli.evaluate import evaluate
+from relit.cli.kinds import FILE, FOLDER, Count
 from relit.cli.options import (
     ALIGNMENT,
     check_streams,
@@ -27,17 +29,17 @@ from relit.cli.options import (
     settings_of,
     transfer_options,
 )
+from relit.cli.sources import Source, about, read_photo
 from relit.cli.split import decompose, normalize
 from relit.cli.studio import serve, studio
-from relit.cli.terminal import (
-    Source,
-    about,
-    exit_code_of,
+from relit.cli.telling import (
+    loudness_options,
     progress,
-    read_photo,
     report,
+    say_face,
     warn_of_folds,
 )
+from relit.cli.terminal import exit_code_of
 from relit.cli.transfer import transfer
 
 
@@ -46,7 +48,7 @@ def main(arguments: list[str] | None = None) -> None:
     sys.exit(exit_code_of(lambda: relit.main(arguments, prog_name="relit", standalone_mode=False)))
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120})
 @click.version_option(__version__, prog_name="relit")
 def relit() -> None:
     """Carry the light of one face photo to another.
@@ -59,17 +61,20 @@ def relit() -> None:
     Start here:
       relit samples photos
       relit transfer photos/target.png photos/reference.jpg -o relit.png
+      relit transfer photos/target.png --light rembrandt -o lit.png
+      relit studio
     """  # noqa: D301 (click reads the backspace as «do not wrap»)
 
 
 @relit.command()
-@click.argument("target")
-@click.argument("reference")
+@click.argument("target", type=FILE)
+@click.argument("reference", type=FILE)
 @output_option
 @face_options("target", "target_")
 @face_options("reference", "reference_")
 @transfer_options(*ALIGNMENT)
 @force_option
+@loudness_options
 @json_option
 def align(target: str, reference: str, output: str, force: bool, as_json: bool, **given: Any) -> None:
     """Warp REFERENCE so that its face lies on the face in TARGET."""
@@ -97,26 +102,34 @@ def align(target: str, reference: str, output: str, force: bool, as_json: bool, 
         )
     warn_of_folds(alignment.folded)
     write_image(output, alignment.warped, like=other, overwrite=force)
+    faces = {"target": about(target, photo, here), "reference": about(reference, other, there)}
+    for facts in faces.values():
+        say_face(facts)
     report(
         as_json,
+        f"{theirs.name}, its face laid over that of {ours.name}",
         output=output,
-        target=about(target, photo, here),
-        reference=about(reference, other, there),
+        **faces,
         smoothing=alignment.smoothing,
         folded=alignment.folded,
     )
 
 
 @relit.command()
-@click.argument("image")
+@click.argument("image", type=FILE)
 @click.option(
-    "-o", "--output", metavar="FILE", help="File to write: .pts, .tem, .json, .ljson, .csv or .xml."
+    "-o",
+    "--output",
+    type=FILE,
+    metavar="FILE",
+    help="File to write: .pts, .tem, .json, .ljson, .csv or .xml.",
 )
-@click.option("--overlay", metavar="PICTURE", help="Also draw the landmarks into the photo, as this file.")
 @click.option(
-    "--face", type=click.IntRange(min=0), metavar="N", help="Which face: 0 is the largest. [default: 0]"
+    "--overlay", type=FILE, metavar="PICTURE", help="Also draw the landmarks into the photo, as this file."
 )
+@click.option("--face", type=Count(0), metavar="N", help="Which face: 0 is the largest. [default: 0]")
 @force_option
+@loudness_options
 @json_option
 def landmarks(
     image: str, output: str | None, overlay: str | None, face: int | None, force: bool, as_json: bool
@@ -133,7 +146,8 @@ def landmarks(
         check_landmark_destination(output, overwrite=force)
     photo = read_photo(image)
     with progress("Finding the face"):
-        found = Source("image", image, None, face).face_in(photo)
+        source = Source("image", image, None, face)
+        found = source.face_in(photo)
     picture = replace(photo, pixels=landmark_overlay(photo.pixels, found), alpha=None)
     if overlay:
         check_streams(overlay, as_json)
@@ -142,24 +156,34 @@ def landmarks(
         write_landmarks(output, found, overwrite=force, image_name=Path(image).name)
     if overlay:
         write_image(overlay, picture, overwrite=force)
+    facts = about(image, photo, found)
+    say_face(facts)
     report(
         as_json,
+        f"the {len(found)} landmarks of {source.name}",
         output=output,
         overlay=overlay,
-        image=about(image, photo, found),
+        image=facts,
         points=found.points.round(3).tolist() if as_json and not output else None,
     )
 
 
 @relit.command()
-@click.argument("folder", metavar="DIR")
+@click.argument("folder", metavar="DIR", type=FOLDER)
 @force_option
+@loudness_options
 @json_option
 def samples(folder: str, force: bool, as_json: bool) -> None:
     """Copy sample photos into the folder DIR, to try relit on."""
     from relit.photo.samples import copy_samples
 
-    report(as_json, output=[str(path) for path in copy_samples(Path(folder), overwrite=force)])
+    copies = copy_samples(Path(folder), overwrite=force)
+    target, reference = (shlex.quote(str(copies[k])) for k in (0, 1))
+    report(
+        as_json,
+        f"photos to try relit on; next: relit transfer {target} {reference} -o relit.png",
+        output=[str(copy) for copy in copies],
+    )
 
 
 for _command in (transfer, batch, decompose, normalize, evaluate, studio, serve):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import signal
-import sys
 import threading
 from contextlib import contextmanager
 from dataclasses import asdict, fields
@@ -12,24 +11,31 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from relit.cli.groups import GroupedCommand, Option
+from relit.cli.kinds import FILE, FOLDER, Count
 from relit.cli.options import force_option, json_option, settings_of, transfer_options
 from relit.cli.progress import rows_done
-from relit.cli.terminal import printable, report
-from relit.errors import OptionError
+from relit.cli.rows import foresee, rows_of, suffix_of
+from relit.cli.telling import is_verbose, is_watched, loudness_options, printable, report
 from relit.settings.options import TransferOptions
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from relit.batch.jobs import Rows
-    from relit.batch.run import Batch
 
 _KINDS = ("transfer", "normalize", "decompose", "landmarks")
-_SHOWN = 10  # rows that a dry run lists
 
 
-@click.command()
-@click.argument("manifest", required=False)
+@click.command(
+    cls=GroupedCommand,
+    examples=(
+        "relit batch --targets 'faces/*.jpg' --light loop -o lit",
+        "relit batch --targets faces --references lights --pairing random -o lit",
+        "relit batch pairs.csv --strength 80% -o lit --dry-run",
+        "relit batch --do normalize --targets faces -o normal",
+    ),
+)
+@click.argument("manifest", required=False, type=FILE)
 @click.option(
     "--do", "kind", type=click.Choice(_KINDS), default="transfer", show_default=True, help="What to do."
 )
@@ -37,11 +43,18 @@ _SHOWN = 10  # rows that a dry run lists
     "-o",
     "--output",
     required=True,
+    type=FOLDER,
     metavar="DIR",
     help="Folder for the results, or its URL. Targets below it are passed over.",
 )
-@click.option("--targets", metavar="GLOB", help="Photos, in quotes; ** is any number of folders.")
-@click.option("--references", metavar="GLOB", help="Photos that give the light, in quotes.")
+@click.option(
+    "--targets",
+    type=FILE,
+    metavar="GLOB",
+    multiple=True,
+    help="Photos, in quotes; ** is any number of folders. May be given several times.",
+)
+@click.option("--references", type=FILE, metavar="GLOB", help="Photos that give the light, in quotes.")
 @click.option(
     "--pairing",
     type=click.Choice(["all", "random", "zip"]),
@@ -59,6 +72,9 @@ _SHOWN = 10  # rows that a dry run lists
 @transfer_options()
 @click.option(
     "--engine",
+    cls=Option,
+    group="expert",
+    title="Who does the work",
     type=click.Choice(["local", "dask", "ray"]),
     default="local",
     show_default=True,
@@ -68,36 +84,54 @@ _SHOWN = 10  # rows that a dry run lists
     "--jobs",
     "--workers",
     "workers",
-    type=click.IntRange(min=1),
+    type=Count(1),
     metavar="N",
     help="Processes to work in. [default: all cores]",
 )
-@click.option("--address", help="Of the cluster. [default: one is started here]")
-@click.option("--limit", type=click.IntRange(min=1), metavar="N", help="Only the first N rows.")
+@click.option(
+    "--address",
+    cls=Option,
+    group="expert",
+    title="Address of the cluster",
+    metavar="URL",
+    help="Of the cluster. [default: one is started here]",
+)
+@click.option("--limit", type=Count(1), metavar="N", help="Only the first N rows.")
 @click.option("--dry-run", is_flag=True, help="Tell what would be done, and do nothing.")
 @click.option(
-    "--results", metavar="FILE", help="Table of all rows, .csv or .parquet. [default: DIR/results.csv]"
+    "--results",
+    type=FILE,
+    metavar="FILE",
+    help="Table of all rows, .csv or .parquet. [default: DIR/results.csv]",
 )
 @click.option(
     "--journal",
+    cls=Option,
+    group="expert",
+    title="Local file that a run goes on from",
+    type=FILE,
     metavar="FILE",
     help="Local file that a run goes on from. [default: DIR/.relit/journal.sqlite; needed with a URL as DIR]",
 )
 @click.option(
     "--cache-size",
-    type=click.IntRange(min=0),
+    cls=Option,
+    group="expert",
+    title="MB of disk for what rows have in common",
+    type=Count(0),
     default=1000,
     show_default=True,
     metavar="MB",
     help="Disk space beside the journal for what rows have in common; 0 for none.",
 )
 @force_option
+@loudness_options
 @json_option
 def batch(
     manifest: str | None,
     kind: str,
     output: str,
-    targets: str | None,
+    targets: tuple[str, ...],
     references: str | None,
     pairing: str,
     seed: int,
@@ -117,8 +151,8 @@ def batch(
     """Relight many photos, or take their light out, split them, or find their landmarks.
 
     MANIFEST is a table, .csv, .jsonl or .parquet, a row for each result: target, reference,
-    target_landmarks, reference_landmarks, output, and any option of transfer by its name in Python (lam,
-    strength, light, ...); what is empty is as the command says. Paths count from its own folder. Or give
+    target_landmarks, reference_landmarks, output, and any option of transfer (light, strength, color_space,
+    lam for --lambda, ...); what is empty is as the command says. Paths count from its own folder. Or give
     --targets and --references.
 
     A run that was interrupted, or killed, goes on when the same command is given again. A row that fails
@@ -132,7 +166,7 @@ def batch(
     from relit.runtime.threads import available
 
     _check_options(kind, KINDS[kind].options, references, pairing)
-    rows, source = _rows(manifest, output, targets, references, pairing, seed)
+    rows, source = rows_of(manifest, output, targets, references, pairing, seed)
     if kind == "transfer" and manifest is None and (references is None) == (settings.light is None):
         raise click.UsageError("Give --references, or --light, and not both.")
     where = Places.of(output, journal, results)
@@ -142,11 +176,11 @@ def batch(
         Plan(kind, output, force, cache, cache_size * 1_000_000),
         settings,
         where,
-        suffix=_suffix(kind, suffix),
+        suffix=suffix_of(kind, suffix),
         limit=limit,
     )
     if dry_run:
-        _foresee(todo, as_json)
+        foresee(todo, as_json)
         return
     workers = workers or available()
     facts = source | {"output": output, "format": suffix, "limit": limit, "cache_size": cache_size}
@@ -158,9 +192,11 @@ def batch(
         except KeyboardInterrupt:
             click.echo("relit: the same command goes on from here", err=True)
             raise
-    report(as_json, output=output, results=where.results, journal=str(where.journal), **asdict(counts))
-    if sys.stderr.isatty() and not as_json:
-        click.echo(f"{counts.ok} rows done, {counts.kept} done before, {counts.failed} failed", err=True)
+    if as_json:
+        report(True, output=output, results=where.results, journal=str(where.journal), **asdict(counts))
+    if (is_watched() or is_verbose()) and not as_json:
+        told = f"{counts.ok} rows done, {counts.kept} done before, {counts.failed} failed"
+        click.echo(printable(f"wrote into {output}, with a table in {where.results}: {told}"), err=True)
     if counts.failed:
         click.echo(
             f"relit: {counts.failed} of {counts.total} rows failed; {printable(where.results)} says why",
@@ -179,102 +215,6 @@ def _check_options(kind: str, used: tuple[str, ...], references: str | None, pai
         raise click.UsageError(f"--references does not go with --do {kind}.")
     if pairing != "random" and source("seed") == ParameterSource.COMMANDLINE:
         raise click.UsageError("--seed goes with --pairing random.")
-
-
-def _rows(
-    manifest: str | None,
-    output: str,
-    targets: str | None,
-    references: str | None,
-    pairing: str,
-    seed: int,
-) -> tuple[Rows, dict[str, Any]]:
-    """Return the rows, and what a record says of where they are from."""
-    from relit.batch.manifest import Manifest
-    from relit.batch.pairing import Pairs
-
-    if (manifest is None) == (targets is None):
-        raise click.UsageError("Give a MANIFEST, or --targets GLOB (in quotes), and not both.")
-    if manifest is not None:
-        if references is not None:
-            raise click.UsageError("--references goes with --targets; a MANIFEST has its own.")
-        table = Manifest(manifest)
-        return table, {"manifest": manifest, "manifest_sha256": table.digest()}
-    pairs = Pairs(
-        _photos("--targets", targets or "", output),
-        _photos("--references", references, output) if references is not None else (),
-        pairing,
-        seed,
-    )
-    return pairs, {
-        "targets": targets,
-        "references": references,
-        "pairing": pairing,
-        "seed": seed,
-        "pairs_sha256": pairs.digest(),
-    }
-
-
-def _photos(flag: str, pattern: str, output: str) -> list[str]:
-    """Return the photos that a pattern stands for, but not those that are results."""
-    from relit.batch.clashes import is_below
-    from relit.batch.places import expand
-
-    found = [place for place in expand(pattern) if not is_below(place, output)]
-    if not found:
-        raise OptionError(f"{flag}: expected photos, got none for {pattern!r}; check it, and its quotes")
-    return found
-
-
-def _suffix(kind: str, given: str | None) -> str | None:
-    """Return the suffix of the files to write, if one is chosen."""
-    if given is None:
-        return None
-    from relit.batch.naming import suffixes_of
-
-    suffix, known = f".{given.removeprefix('.')}", suffixes_of(kind)
-    if suffix.lower() not in known:
-        told = f"expected one of {', '.join(known)}" if known else f"expected none with {kind}"
-        raise OptionError(f"--format: {told}, got {suffix!r}")
-    return suffix
-
-
-def _foresee(batch: Batch, as_json: bool) -> None:
-    """Tell what a run would do; nothing is written."""
-    from relit.batch.journal import Journal
-    from relit.batch.run import Counts
-
-    counts = Counts(batch.total)
-    first: list[tuple[str, str | None, str]] = []
-    problems: list[tuple[int, str]] = []
-    with Journal(batch.where.journal).reading() as journal:
-        batch.check_journal(journal)
-        for row, job, _ in batch.to_do(journal, counts):
-            if isinstance(job, str):
-                counts.failed += 1
-                problems += [(row.number, job)] if len(problems) < _SHOWN else []
-            else:
-                counts.ok += 1
-                first += [(job.target, job.reference, job.output)] if len(first) < _SHOWN else []
-    if as_json:
-        report(
-            True,
-            rows=counts.total,
-            kept=counts.kept,
-            to_do=counts.ok,
-            failing=counts.failed,
-            first=first,
-            problems=problems,
-        )
-        return
-    for target, reference, output in first:
-        given = " + ".join(filter(None, (target, reference)))
-        click.echo(f"{batch.plan.kind} {printable(given)} -> {printable(output)}")
-    if counts.ok > len(first):
-        click.echo(f"... and {counts.ok - len(first)} more")
-    for number, reason in problems:
-        click.echo(f"row {number} would fail: {printable(reason)}")
-    click.echo(f"{counts.total} rows: {counts.ok} to do, {counts.kept} done, {counts.failed} that would fail")
 
 
 @contextmanager

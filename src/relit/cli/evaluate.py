@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,15 +12,15 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from relit.cli.kinds import FILE, Count, Number
 from relit.cli.options import (
     ALIGNMENT,
-    NumberOrWord,
     force_option,
     json_option,
     settings_of,
     transfer_options,
 )
-from relit.cli.terminal import report
+from relit.cli.telling import is_watched, loudness_options, report
 from relit.errors import OptionError
 
 if TYPE_CHECKING:
@@ -46,25 +45,31 @@ _EVALUATED = ("method", "exposure", "tint", "neighborhood", "split_first", "mask
 @click.option(
     "--lambda",
     "lams",
-    type=NumberOrWord(("auto",)),
+    type=Number(("auto",)),
+    metavar="N|auto",
     multiple=True,
     default=(0.2,),
     show_default=True,
     help="As in transfer; may be given several times.",
 )
 @transfer_options(*_EVALUATED)
+@click.option("--jobs", type=Count(1), metavar="N", help="Processes to work in. [default: all cores]")
+@click.option("--limit", type=Count(1), metavar="N", help="Evaluate N cases only, spread evenly.")
 @click.option(
-    "--jobs", type=click.IntRange(min=1), metavar="N", help="Processes to work in. [default: all cores]"
+    "-o",
+    "--output",
+    type=FILE,
+    metavar="STEM",
+    help="Write STEM.json, and STEM.csv with a line per transfer.",
 )
 @click.option(
-    "--limit", type=click.IntRange(min=1), metavar="N", help="Evaluate N cases only, spread evenly."
+    "--figure", type=FILE, metavar="PICTURE", help="Draw a case, and the same with the roles swapped."
 )
 @click.option(
-    "-o", "--output", metavar="STEM", help="Write STEM.json, and STEM.csv with a line per transfer."
+    "--case", "number", type=Count(0), metavar="N", default=0, show_default=True, help="Which case to draw."
 )
-@click.option("--figure", metavar="PICTURE", help="Draw a case, and the same with the roles swapped.")
-@click.option("--case", "number", default=0, show_default=True, help="Which case to draw.")
 @force_option
+@loudness_options
 @json_option
 def evaluate(
     source: Path,
@@ -141,7 +146,7 @@ def evaluate(
         len(cases),
         console=Console(stderr=True),
         transient=True,
-        disable=not sys.stderr.isatty(),
+        disable=not is_watched(),
     )
     outcomes = [outcome for of_case in done for outcome in of_case]
     sums = summaries(outcomes, overall=not heads)

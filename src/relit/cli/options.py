@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 from click.core import ParameterSource
 
-from relit.errors import OptionError
+from relit.cli.groups import Option
+from relit.cli.kinds import FILE, Count, Number, Words
 from relit.settings.options import TransferOptions
 
 Command = Callable[..., None]
@@ -19,35 +20,10 @@ ALIGNMENT = ("kernel", "affine", "smoothing")
 SPLIT = ("lam", "neighborhood")
 
 output_option = click.option(
-    "-o", "--output", required=True, metavar="FILE", help="Photo to write; - is stdout."
+    "-o", "--output", required=True, type=FILE, metavar="FILE", help="Photo to write; - is stdout."
 )
 force_option = click.option("--force", is_flag=True, help="Replace files that exist.")
 json_option = click.option("--json", "as_json", is_flag=True, help="Print what was done, as JSON, on stdout.")
-
-
-if TYPE_CHECKING:
-    _NumberOrWord = click.ParamType[float | str]
-else:  # before click 8.4, it takes no parameter
-    _NumberOrWord = click.ParamType
-
-
-class NumberOrWord(_NumberOrWord):
-    """A number, or one of the words that stand for one."""
-
-    name = "float"
-
-    def __init__(self, words: tuple[str, ...]) -> None:
-        self.words = words
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
-        """Return the number, or the word."""
-        if value in self.words:
-            return str(value)
-        try:
-            return float(value)
-        except ValueError:
-            words = " nor ".join(map(repr, self.words))
-            self.fail(f"{value!r} is neither a number nor {words}.", param, ctx)
 
 
 def transfer_options(*names: str) -> Decorator:
@@ -57,20 +33,30 @@ def transfer_options(*names: str) -> Decorator:
         for option in reversed(fields(TransferOptions)):
             if names and option.name not in names:
                 continue
-            flag, choices = option.metadata["flag"], option.metadata["choices"]
+            declared, flag, metavar = option.metadata, option.metadata["flag"], None
+            choices, words = declared["choices"], declared["words"]
             kind: click.ParamType[Any] | None
             if isinstance(option.default, bool):
                 flag, kind = f"{flag}/{flag.replace('--', '--no-')}", None
             elif choices:
                 kind = click.Choice([str(choice) for choice in choices])
-            elif option.metadata["text"]:
-                kind = click.STRING
+            elif declared["text"]:
+                kind, metavar = Words(words), "WORD"
             else:
-                words = option.metadata["words"]
-                kind = NumberOrWord(words) if words else click.FLOAT
-            default = str(option.default) if choices else option.default
+                # What goes from nothing to a most is a share of something.
+                share = declared["at_least"] == 0 and declared["at_most"] is not None
+                kind, metavar = Number(words, share=share), "|".join(("N", *words))
             command = click.option(
-                flag, option.name, type=kind, default=default, show_default=True, help=option.metadata["help"]
+                flag,
+                option.name,
+                cls=Option,
+                group=declared["group"],
+                title=declared["title"],
+                type=kind,
+                metavar=metavar,
+                default=str(option.default) if choices else option.default,
+                show_default=True,
+                help=declared["help"],
             )(command)
         return command
 
@@ -92,12 +78,7 @@ def settings_of(given: dict[str, Any], saved: TransferOptions | None = None) -> 
         values = {
             name: value for name, value in values.items() if source(name) == ParameterSource.COMMANDLINE
         }
-    try:
-        return replace(saved or TransferOptions(), **values)
-    except OptionError as error:
-        # The user knows the flag, not the field.
-        name, _, rest = str(error).partition(":")
-        raise OptionError(f"{known[name].metadata['flag']}:{rest}") from None
+    return replace(saved or TransferOptions(), **values)
 
 
 def check_streams(output: str, as_json: bool, *inputs: str) -> None:
@@ -108,7 +89,7 @@ def check_streams(output: str, as_json: bool, *inputs: str) -> None:
         raise click.UsageError("stdin holds one photo; give the other as a file.")
 
 
-def face_options(role: str, prefix: str = "", *, several: bool = False) -> Decorator:
+def face_options(role: str, prefix: str = "", *, several: bool = False, group: str = "where") -> Decorator:
     """Add the options that say where the face of a photo is, or of several photos."""
     again = ", once for each" if several else ""
 
@@ -119,15 +100,21 @@ def face_options(role: str, prefix: str = "", *, several: bool = False) -> Decor
             *short,
             f"--{flag}face",
             f"{prefix}face",
-            type=click.IntRange(min=0),
+            cls=Option,
+            group=group,
+            title=f"Which face of the {role}",
+            type=Count(0),
             metavar="N",
             multiple=several,
-            help=f"Which face of the {role}{again}: 0 is the largest, 1 the next. [default: 0]",
+            help=f"Which face of the {role}{again}: 0 is the largest. [default: 0]",
         )(command)
         return click.option(
             f"--{flag}landmarks",
             f"{prefix}landmarks",
-            type=click.Path(),
+            cls=Option,
+            group="expert",
+            title=f"Landmarks of the {role}",
+            type=FILE,
             metavar="FILE",
             multiple=several,
             help=f"Landmarks of the {role}{again}, instead of detected ones: .pts, .tem, .json, .csv or "

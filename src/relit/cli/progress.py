@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from relit.cli.telling import is_quiet
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
@@ -24,6 +26,9 @@ _BLINK = 0.1  # s between changes of the bar
 def rows_done(total: int) -> Iterator[Tell]:
     """Lend what shows how far a run is: on a terminal a bar, else a line every half minute, on stderr."""
     start = time.monotonic()
+    if is_quiet():
+        yield lambda _counts: None
+        return
     if not sys.stderr.isatty():
         yield _now_and_then(_EVERY, lambda counts: click.echo(_line(counts, start), err=True))
         return

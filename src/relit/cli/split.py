@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from relit.cli.kinds import FILE, FOLDER, Number
 from relit.cli.options import (
     SPLIT,
     Command,
@@ -16,7 +17,9 @@ from relit.cli.options import (
     settings_of,
     transfer_options,
 )
-from relit.cli.terminal import PictureFolder, Source, progress, read_photo, report, solving
+from relit.cli.sources import Source, read_photo
+from relit.cli.telling import loudness_options, progress, report, solving
+from relit.cli.terminal import PictureFolder
 
 if TYPE_CHECKING:
     from relit.photo.photo import Photo
@@ -28,13 +31,14 @@ def _split_options(command: Command) -> Command:
     """Add what says where the face is and how to split it."""
     eye_distance = click.option(
         "--eye-distance",
-        type=click.FLOAT,
+        type=Number(),
         metavar="PX",
         help="Distance of the eyes in px, which sets the scale of lambda, instead of finding the face; at "
         "100, lambda is in 1/px.",
     )
     for decorate in (
         json_option,
+        loudness_options,
         force_option,
         transfer_options(*SPLIT),
         eye_distance,
@@ -66,8 +70,8 @@ def _check(eye_distance: float | None, source: Source, settings: TransferOptions
 
 
 @click.command()
-@click.argument("image")
-@click.option("-o", "--output", required=True, metavar="DIR", help="Folder for u.png and v.png.")
+@click.argument("image", type=FILE)
+@click.option("-o", "--output", required=True, type=FOLDER, metavar="DIR", help="Folder for u.png and v.png.")
 @_split_options
 def decompose(
     image: str,
@@ -92,11 +96,17 @@ def decompose(
     with solving("Splitting"):
         u, v = splitting.decomposed(photo)
     saved = folder.save({"u.png": u, "v.png": v})
-    report(as_json, output=saved, lambda_px=splitting.lam_px, eye_distance=splitting.interocular_distance)
+    report(
+        as_json,
+        f"the light (u) and the person (v) of {source.name}",
+        output=saved,
+        lambda_px=splitting.lam_px,
+        eye_distance=splitting.interocular_distance,
+    )
 
 
 @click.command()
-@click.argument("image")
+@click.argument("image", type=FILE)
 @output_option
 @_split_options
 def normalize(
@@ -129,6 +139,7 @@ def normalize(
     write_image(output, picture, overwrite=force)
     report(
         as_json,
+        f"{source.name} without its light",
         output=output,
         lambda_px=splitting.lam_px,
         eye_distance=splitting.interocular_distance,

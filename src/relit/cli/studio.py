@@ -8,14 +8,16 @@ from types import ModuleType
 
 import click
 
-from relit.cli.terminal import progress, read_photo
+from relit.cli.kinds import FILE
+from relit.cli.sources import read_photo
+from relit.cli.telling import progress
 from relit.errors import OptionError
 
 _PORT = click.IntRange(0, 65535)
 
 
 @click.command()
-@click.argument("photos", metavar="[TARGET REFERENCE]", nargs=-1)
+@click.argument("photos", metavar="[TARGET REFERENCE]", nargs=-1, type=FILE)
 @click.option(
     "--port", type=_PORT, default=0, help="Port of 127.0.0.1 to listen at. [default: any that is free]"
 )

@@ -5,34 +5,35 @@ from __future__ import annotations
 import threading
 from dataclasses import asdict, replace
 from importlib import import_module
-from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from relit.cli.groups import GroupedCommand, Option
+from relit.cli.kinds import FILE, FOLDER
+from relit.cli.many import batch_command
 from relit.cli.options import (
     check_streams,
     face_options,
     force_option,
     json_option,
-    output_option,
     settings_of,
     transfer_options,
 )
-from relit.cli.terminal import (
-    PictureFolder,
-    Source,
-    about,
+from relit.cli.sources import Source, about, find_faces, read_mask, read_photo, sources_of
+from relit.cli.telling import (
+    is_verbose,
+    loudness_options,
     progress,
-    read_photo,
     report,
+    say,
+    say_face,
     show_timings,
     solving,
     warn_of_confidence,
     warn_of_folds,
 )
-from relit.errors import ImageError
-from relit.photo.reading import read_image
+from relit.cli.terminal import PictureFolder
 from relit.photo.writing import check_destination, write_image
 from relit.result_files import check_results_destination, write_results
 from relit.runtime.allocator import keep_freed_memory
@@ -48,44 +49,73 @@ if TYPE_CHECKING:
     from relit.results import TransferResult
 
 
-@click.command()
-@click.argument("target")
-@click.argument("references", metavar="[REFERENCE]...", nargs=-1)
-@output_option
+@click.command(
+    cls=GroupedCommand,
+    examples=(
+        "relit transfer me.jpg film.jpg -o relit.jpg",
+        "relit transfer me.jpg --light rembrandt --softness 50% -o relit.jpg",
+        "relit transfer me.jpg film.jpg --strength 80% --tint keep -o relit.jpg",
+        "relit transfer friends.jpg --light loop --all-faces -o relit.jpg",
+    ),
+)
+@click.argument("target", type=FILE)
+@click.argument("references", metavar="[REFERENCE]...", nargs=-1, type=FILE)
+@click.option("-o", "--output", type=FILE, metavar="FILE", help="Photo to write; - is stdout.  [required]")
+@transfer_options()
+@click.option(
+    "--region-mask",
+    cls=Option,
+    group="where",
+    type=FILE,
+    metavar="FILE",
+    help="A picture of TARGET's size, white where it is to be relit and black where not.",
+)
+@click.option(
+    "--all-faces",
+    cls=Option,
+    group="where",
+    is_flag=True,
+    help="Relight every face of TARGET, the largest first.",
+)
 @face_options("target", "target_")
-@click.option("--all-faces", is_flag=True, help="Relight every face of TARGET, the largest first.")
 @face_options("reference", "reference_", several=True)
 @click.option("--swap", is_flag=True, help="Swap the roles: relight REFERENCE with the light of TARGET.")
 @click.option(
     "--second-reference",
+    cls=Option,
+    group="expert",
+    title="Second reference, for methods that take one",
+    type=FILE,
     metavar="FILE",
     help="For methods that take one: REFERENCE's face in TARGET's light.",
 )
-@face_options("second reference", "second_")
-@transfer_options()
+@face_options("second reference", "second_", group="expert")
 @click.option(
     "--config",
+    type=FILE,
     metavar="FILE",
-    help="Settings that the studio saved: options and landmarks. Options given here take precedence.",
+    help="Settings that the studio saved. Options given here take precedence.",
 )
-@click.option(
-    "--region-mask",
-    metavar="FILE",
-    help="A picture of TARGET's size: white where it is to be relit, black where not, grey in between.",
-)
-@click.option("--stages", metavar="DIR", help="Save every stage, and a contact sheet of all, in this folder.")
 @click.option(
     "--sheet",
+    type=FILE,
     metavar="PICTURE",
-    help="Also draw target, reference and result side by side, half before and half after, and their light.",
+    help="Also draw target, reference and result side by side, and their light.",
 )
-@click.option("--timings", is_flag=True, help="Show on stderr how long each stage took.")
+@click.option(
+    "--stages",
+    type=FOLDER,
+    metavar="DIR",
+    help="Also save every stage, and a sheet of all, here.",
+)
 @force_option
+@loudness_options
+@click.option("--timings", is_flag=True, help="Show on stderr how long each stage took.")
 @json_option
 def transfer(
     target: str,
     references: tuple[str, ...],
-    output: str,
+    output: str | None,
     all_faces: bool,
     swap: bool,
     second_reference: str | None,
@@ -98,17 +128,22 @@ def transfer(
     as_json: bool,
     **given: Any,
 ) -> None:
-    """Relight the face in TARGET with the light of the face in REFERENCE.
+    """Relight the face in TARGET with the light of the face in REFERENCE, or with --light.
 
-    TARGET and REFERENCE are photos; one of them may be - for stdin. Of several REFERENCEs, the median of the
-    changes of light counts. With --light there is none.
+    Both are photos; one may be - for stdin. Of several REFERENCEs, the median of the changes of light counts.
+    For many TARGETs there is relit batch.
     """
-    check_streams(output, as_json, target, *references, second_reference or "")
     saved = read_settings(config) if config else Settings(TransferOptions())
-    ours, *theirs = _sources(given, target, references, saved, swap=swap)
+    ours, *theirs = sources_of(given, target, references, saved, swap=swap)
     second = Source.of(given, "second", second_reference or "")
     settings = settings_of(given, saved.options)
-    if (settings.light is None) == (not theirs):
+    if settings.light is not None and theirs:
+        told = batch_command((target, *references), output, settings)
+        raise click.UsageError(f"Give a REFERENCE, or --light, and not both. To relight all of them: {told}")
+    if output is None:
+        raise click.UsageError("Missing option '-o' / '--output'.")
+    check_streams(output, as_json, target, *references, second_reference or "")
+    if settings.light is None and not theirs:
         raise click.UsageError("Give a REFERENCE, or --light, and not both.")
     if second.face_is_given and not second.path:
         raise click.UsageError("--second-landmarks and --second-face belong to a --second-reference.")
@@ -130,10 +165,10 @@ def transfer(
         # One by one: a file that never ends can be interrupted here, but not in a thread.
         photo, *others = [read_photo(source.path) for source in (ours, *theirs)]
         beside = read_photo(second.path) if second.path else None
-        area = _read_mask(region_mask) if region_mask else None
+        area = read_mask(region_mask) if region_mask else None
     check_results_destination(output, like=photo, overwrite=force)
     with progress("Finding the faces"), watch("find the faces"):
-        faces, there = _find_faces([(ours, photo), *zip(theirs, others, strict=True)], all_faces=all_faces)
+        faces, there = find_faces([(ours, photo), *zip(theirs, others, strict=True)], all_faces=all_faces)
         marks = second.face_in(beside) if beside else None
     results = _relight_each(
         photo,
@@ -158,16 +193,22 @@ def transfer(
 
             write_image(sheet, comparison_sheet(result), overwrite=force)
         written = folder.save(pictures) if folder else []
-    if timings:
-        show_timings(watch.seconds)
     triples = zip(theirs, others, there, strict=True)
     described = [about(source.path, other, face) for source, other, face in triples]
+    of_target = [about(ours.path, photo, face) for face in faces]
+    for facts in (*of_target, *described):
+        say_face(facts)
+    say(f"light: confidence {result.confidence:.2f}, 1/λ {1 / result.lam:.1f} px")
+    if timings or is_verbose():
+        show_timings(watch.seconds)
+    light = settings.light or "of " + " and ".join(source.name for source in theirs)
     report(
         as_json,
+        f"{'all faces' if all_faces else 'the face'} of {ours.name} under the light {light}",
         output=output,
         sheet=sheet,
         stages=written,
-        target=_alone([about(ours.path, photo, face) for face in faces]),
+        target=_alone(of_target),
         reference=_alone(described),
         lambda_px=result.lam,
         factor=result.view.factor,
@@ -184,49 +225,6 @@ def _load() -> None:
     import relit.face.detect  # noqa: F401 (what this thread needs meanwhile, so that neither waits in a circle)
 
     threading.Thread(target=import_module, args=("relit.relighting",)).start()
-
-
-def _sources(
-    given: dict[str, Any], target: str, references: tuple[str, ...], saved: Settings, *, swap: bool
-) -> list[Source]:
-    """Return the target, then the references, each with the options that say where its face is."""
-    landmarks, faces = given.pop("reference_landmarks"), given.pop("reference_face")
-    for flag, values in (("landmarks", landmarks), ("face", faces)):
-        if len(values) not in (0, len(references)):
-            raise click.UsageError(
-                f"--reference-{flag} was given {len(values)} times for {len(references)} photos; give it "
-                "once for each, in their order, or not at all."
-            )
-    each = zip_longest(references, landmarks, faces)
-    sources = [Source.of(given, "target", target), *(Source("reference", *one) for one in each)]
-    sources[:2] = [source.knowing(getattr(saved, source.argument)) for source in sources[:2]]
-    if swap and len(references) != 1:
-        raise click.UsageError("--swap takes one REFERENCE.")
-    return sources[::-1] if swap else sources
-
-
-def _read_mask(path: str) -> NDArray[Any]:
-    """Return the lightness of a mask, which may have been saved with colours."""
-    pixels = read_image(path).pixels
-    if pixels.ndim == 2:
-        return pixels
-    if (pixels != pixels[..., :1]).any():
-        raise ImageError(f"{path}: expected a grey picture as --region-mask, found colours; save it in grey")
-    return pixels[..., 0].copy()
-
-
-def _find_faces(
-    photos: list[tuple[Source, Photo]], *, all_faces: bool
-) -> tuple[list[Landmarks], list[Landmarks]]:
-    """Return the faces to relight in the target, which comes first, and the one in each reference."""
-    from relit.face.detect import detect_faces
-    from relit.runtime.threads import pool
-
-    (_, target), *references = photos
-    faces = detect_faces(target.pixels, name="target") if all_faces else []
-    with pool(2) as at_once:  # looks at the target again where it has none, to say what to do then
-        found = at_once(lambda pair: pair[0].face_in(pair[1]), references if faces else photos)
-    return (faces, found) if faces else (found[:1], found[1:])
 
 
 def _relight_each(

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from relit.errors import RelitError
+from relit.errors import ImageError, RelitError
 from relit.evaluate.cases import Case
 from relit.evaluate.face_scores import FaceScores, face_scores
 from relit.evaluate.heads import Heads, is_of_heads
@@ -92,10 +92,17 @@ def images_of(
     ------
     OptionError
         If a method takes a second reference and the case has none.
+    ImageError
+        If the truth of a table is not of the target's size.
     """
     photos = _photos_of(folder)
     target, reference = photos.photo(*case.target), photos.photo(*case.reference)
     truth = photos.aligned(_levels(photos.photo(*case.truth)), *case.truth)
+    if isinstance(photos, _Files) and truth.shape[:2] != target.shape[:2]:
+        (height, width), (rows, columns) = target.shape[:2], truth.shape[:2]
+        raise ImageError(
+            f"{case.truth[0]}: expected {width}x{height} px, as its target has, got {columns}x{rows}; crop it"
+        )
 
     def beside_truth(image: NDArray[Any]) -> NDArray[Any]:
         return photos.aligned(_levels(image, truth.ndim), *case.target)

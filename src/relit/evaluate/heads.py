@@ -73,5 +73,5 @@ def _mesh_of(path: Path) -> Landmarks:
         return Landmarks(np.array(json.loads(path.read_text("utf-8"))["mesh478"]))
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise LandmarkError(
-            f"{path}: expected mesh478, a list of [x, y, z] ({error!r}); mend the file"
+            f"{path}: expected mesh478, a list of [x, y, z] ({error}); mend the file"
         ) from error

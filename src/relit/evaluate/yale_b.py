@@ -141,7 +141,7 @@ class YaleB:
             return {subject: Landmarks(np.array(points["mesh478"])) for subject, points in faces.items()}
         except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
             raise LandmarkError(
-                f"{path}: expected mesh478, a list of [x, y, z], of every subject ({error!r}); mend "
+                f"{path}: expected mesh478, a list of [x, y, z], of every subject ({error}); mend "
                 "the file, or remove it to have faces detected"
             ) from error
 

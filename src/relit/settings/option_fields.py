@@ -10,12 +10,17 @@ import numpy as np
 
 from relit.errors import OptionError
 
+#: What options are about, in the order in which a page or a help text shows them.
+GROUPS = ("light", "color", "where", "expert")
+
 
 def option(
     default: Any,
     help_text: str,
     *,
     flag: str,
+    group: str = "light",
+    title: str = "",
     choices: tuple[Any, ...] = (),
     words: tuple[str, ...] = (),
     text: bool = False,
@@ -25,11 +30,13 @@ def option(
 ) -> Any:
     """Declare an option: default, help, command line flag, range, words that may stand for a number.
 
-    `text` marks what is free text, though by default there is none.
+    `group` is one of `GROUPS`; `title` is what a photographer calls it, by default as its flag. `text` marks
+    what is free text, though by default there is none.
     """
+    about = {"group": group, "title": title or flag.strip("-").replace("-", " ").capitalize()}
     kind = {"choices": choices, "words": words, "text": text or isinstance(default, str)}
     limits = {"at_least": at_least, "at_most": at_most, "above": above}
-    return field(default=default, metadata={"help": help_text, "flag": flag, **kind, **limits})
+    return field(default=default, metadata={"help": help_text, "flag": flag, **about, **kind, **limits})
 
 
 def check(name: str, value: Any, default: Any, declared: Any) -> None:

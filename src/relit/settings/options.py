@@ -132,6 +132,7 @@ class TransferOptions:
         "How to relight. 'ltv' is the algorithm of Li, Yin and Deng (2009); the others are there to compare. "
         "'quotient' and 'expression-ratio' take a second reference.",
         flag="--method",
+        group="expert",
         choices=tuple(METHODS),
     )
     lam: Lambda = option(
@@ -140,6 +141,8 @@ class TransferOptions:
         "ones also its finer shadows, and in the end its features. Scaled by the size of the face, so that "
         "one value fits every photo. 'auto' takes it from the size of the features of the target's face.",
         flag="--lambda",
+        group="expert",
+        title="Fineness of light (λ)",
         words=("auto",),
         above=0,
     )
@@ -180,6 +183,8 @@ class TransferOptions:
         "share of it, 0 to 1; 'neutral' takes none of its colours. By default 'shading' takes what is more "
         "than two skins differ by, the others take it.",
         flag="--tint",
+        group="color",
+        title="Colour of light",
         words=("keep", "take", "neutral"),
         at_least=0,
         at_most=1,
@@ -189,6 +194,7 @@ class TransferOptions:
         f"What to relight: 'face' and the skin round it, or parts joined by +: {', '.join(PARTS)}; left and "
         "right are those of the picture.",
         flag="--region",
+        group="where",
         words=("face", *PARTS),
     )
     neighborhood: Neighborhood = option(
@@ -196,6 +202,8 @@ class TransferOptions:
         "Neighbours of a pixel in the measure of length: 4 is fastest, 16 roundest; 'isotropic' is perfectly "
         "round and approximate.",
         flag="--neighborhood",
+        group="expert",
+        title="Roundness of contours (neighbourhood)",
         choices=get_args(Neighborhood),
     )
     split_first: bool = option(
@@ -203,43 +211,60 @@ class TransferOptions:
         "Method ltv: split the reference in its own frame and lay its u over the target, so that many "
         "targets share one split.",
         flag="--split-first",
+        group="expert",
+        title="Split the reference in its own frame",
     )
     color_space: ColorSpace = option(
-        "rgb", "Colour space to relight in.", flag="--color-space", choices=get_args(ColorSpace)
+        "rgb",
+        "Colour space to relight in.",
+        flag="--color-space",
+        group="expert",
+        title="Colour space",
+        choices=get_args(ColorSpace),
     )
     channels: str = option(
         "all",
         "Channels to relight: 'all', 'primary' (H of HSV, Y of YCbCr, as in the paper), or one by name, for "
         "example 'v' of HSV. A grey reference lights the lightness alone, whatever is chosen.",
         flag="--channels",
+        group="expert",
     )
     mask: bool = option(
         True,
         "Relight the face alone and blend it into the photo, or (--no-mask) the whole image.",
         flag="--mask",
+        group="where",
+        title="Blend into the photo (mask)",
     )
     full_resolution: bool = option(
         False,
         "Work out the light at the photo's own size, instead of that which its face needs: exact, and slow "
         "on large photos.",
         flag="--full-resolution",
+        group="expert",
     )
     kernel: Kernel = option(
         "thin_plate_spline",
         "Radial basis function that aligns the faces.",
         flag="--kernel",
+        group="expert",
+        title="Bending of the fit (radial basis function)",
         choices=get_args(Kernel),
     )
     affine: bool = option(
         True,
         "Align with an affine part, or (--no-affine) by radial functions alone, as in the paper.",
         flag="--affine",
+        group="expert",
+        title="Shear of the fit (affine part)",
     )
     smoothing: float | None = option(
         None,
         "How far the alignment may miss noisy landmarks: 0 not at all. By default as little as keeps the map "
         "from folding.",
         flag="--smoothing",
+        group="expert",
+        title="Slack of the fit (smoothing)",
         at_least=0,
     )
     softness: float = option(

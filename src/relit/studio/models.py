@@ -12,6 +12,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, JsonValue
 from relit.face.landmark_files import FORMATS as LANDMARK_FORMATS
 from relit.face.schemes import SchemeName
 from relit.settings.methods import WITH_SECOND_REFERENCE
+from relit.settings.option_fields import GROUPS
 from relit.settings.options import TransferOptions
 from relit.studio.pictures import VIEWS
 from relit.studio.sessions import ROLES, Portrait
@@ -20,16 +21,19 @@ Role = Literal["target", "reference"]
 #: Names of references at hand, which clients choose.
 REFERENCE_ID = "^[A-Za-z0-9_-]{1,40}$"
 if TYPE_CHECKING:
+    Group: TypeAlias = str
     Suffix: TypeAlias = str
     View: TypeAlias = str
 else:  # what a request may say is in tables
-    Suffix, View = Literal[tuple(LANDMARK_FORMATS)], Literal[VIEWS]
+    Group, Suffix, View = Literal[GROUPS], Literal[tuple(LANDMARK_FORMATS)], Literal[VIEWS]
 
 
 class Option(BaseModel):
     """An option of a transfer."""
 
     name: str
+    title: str
+    group: Group
     flag: str
     help: str
     default: bool | int | float | str | None
@@ -51,7 +55,8 @@ class Option(BaseModel):
             kind="switch" if isinstance(declared.default, bool) else kind,  # type: ignore[arg-type]
             # There is one reference here.
             choices=[choice for choice in known["choices"] if choice not in WITH_SECOND_REFERENCE],
-            **{key: known[key] for key in ("flag", "help", "words", "at_least", "at_most", "above")},
+            **{key: known[key] for key in ("title", "group", "flag", "help", "words")},
+            **{key: known[key] for key in ("at_least", "at_most", "above")},
         )
 
     def json_schema(self) -> dict[str, Any]:

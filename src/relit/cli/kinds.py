@@ -1,0 +1,95 @@
+"""What an argument may be: files, numbers, shares, words; each completes itself in a shell."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+from click.shell_completion import CompletionItem
+
+if TYPE_CHECKING:
+    _Text = click.ParamType[str]
+    _Whole = click.ParamType[int]
+    _NumberOrWord = click.ParamType[float | str]
+else:  # before click 8.4, it takes no parameter
+    _Text = _Whole = _NumberOrWord = click.ParamType
+
+
+class Place(_Text):
+    """The name of a file or folder, which whoever opens it checks; the shell completes it."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Leave it to the shell."""
+        del ctx, param
+        return [CompletionItem(incomplete, type=self.name)]
+
+
+FILE, FOLDER = Place("file"), Place("dir")
+
+
+class Count(_Whole):
+    """A whole number, of `least` or more."""
+
+    name = "number"
+
+    def __init__(self, least: int) -> None:
+        self.least = least
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """Return the number."""
+        try:
+            number = int(value)
+        except ValueError:
+            number = self.least - 1
+        if number < self.least:
+            self.fail(f"{value!r} is not a whole number of {self.least} or more.", param, ctx)
+        return number
+
+
+class Number(_NumberOrWord):
+    """A number, or one of the words that stand for one; of a share, 80% is 0.8."""
+
+    name = "number"
+
+    def __init__(self, words: tuple[str, ...] = (), *, share: bool = False) -> None:
+        self.words, self.share = words, share
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
+        """Return the number, or the word."""
+        if value in self.words:
+            return str(value)
+        try:
+            if self.share and isinstance(value, str) and value.endswith("%"):
+                return float(value[:-1]) / 100
+            return float(value)
+        except ValueError:
+            wanted = " nor ".join(["a number", *map(repr, self.words)])
+            self.fail(f"{value!r} is {'neither' if self.words else 'not'} {wanted}.", param, ctx)
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Complete the words."""
+        return Words(self.words).shell_complete(ctx, param, incomplete)
+
+
+class Words(_Text):
+    """Free text in which some words mean something, joined by +."""
+
+    name = "text"
+
+    def __init__(self, words: tuple[str, ...]) -> None:
+        self.words = words
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Complete the last of the words."""
+        del ctx, param
+        before, plus, last = incomplete.rpartition("+")
+        return [CompletionItem(before + plus + word) for word in self.words if word.startswith(last)]
