@@ -1,12 +1,14 @@
 """References at hand: kept, shown, chosen, and counted."""
 
 import io
+import zipfile
 
 import numpy as np
 import pytest
 from PIL import Image
 
 from relit.photo.samples import sample
+from relit.settings.studio_lights import STUDIO_LIGHTS
 from relit.studio.sessions import MOST_REFERENCES
 from tests.studio.api import API, png
 
@@ -21,7 +23,7 @@ def preview(client, place, **asked):
 def test_a_reference_at_hand_gives_the_light_that_it_gives_as_the_sessions_own(client, place):
     facts = client.put(f"{place}/references/of_target", content=sample("target").read_bytes()).json()
     assert facts == client.get(place).json()["target"]
-    assert client.get(f"{place}/references").json() == {"of_target": facts}
+    assert client.get(f"{place}/references").json()["of_target"] == facts
     own = preview(client, place)
     other = preview(client, place, reference="of_target")
     assert own != other
@@ -29,7 +31,7 @@ def test_a_reference_at_hand_gives_the_light_that_it_gives_as_the_sessions_own(c
     chosen = client.post(f"{place}/references/of_target/choose").json()
     assert chosen["reference"] == facts == chosen["target"]
     assert preview(client, place) == other
-    assert list(client.get(f"{place}/references").json()) == ["of_target"]
+    assert list(client.get(f"{place}/references").json()) == ["sample", "of_target"]
 
 
 def test_its_photo_is_returned_as_small_as_asked(client, place):
@@ -82,7 +84,7 @@ def test_other_names_are_refused(client, place, name):
 def test_what_is_no_photo_is_refused(client, place):
     answer = client.put(f"{place}/references/one", content=b"no photo")
     assert (answer.status_code, answer.json()["error"]["code"]) == (400, "bad_photo")
-    assert client.get(f"{place}/references").json() == {}
+    assert list(client.get(f"{place}/references").json()) == ["sample"]
 
 
 def test_thumbnails_leave_the_sequence_of_previews_alone(client, place):
@@ -90,3 +92,23 @@ def test_thumbnails_leave_the_sequence_of_previews_alone(client, place):
     assert client.post(f"{place}/render", json={"side": 160, "sequence": 3}).status_code == 200
     assert client.post(f"{place}/render", json={"side": 160, "sequence": 9}).status_code == 200
     assert client.post(f"{place}/render", json={"sequence": 8, "quick": True}).status_code == 200
+
+
+def test_a_photo_at_hand_is_exported_in_the_light_of_the_session(client, place):
+    """As the session's own target is, and without that being touched."""
+    client.put(f"{place}/references/other", content=PHOTO)
+    before = client.get(place).json()
+    answer = client.post(f"{place}/export", json={"target": "other", "format": ".png"})
+    assert client.get(place).json() == before
+    client.put(f"{place}/photos/target", content=PHOTO)
+    packed = client.post(f"{place}/export", json={"format": ".png"})
+    with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
+        assert answer.content == archive.read("relit.png")
+    missing = client.post(f"{place}/export", json={"target": "nobody"})
+    assert (missing.status_code, missing.json()["error"]["code"]) == (409, "no_photo")
+
+
+def test_lights_by_name_are_told_with_their_places(client):
+    told = client.get("/api/v1/options").json()["lights"]
+    assert list(told) == list(STUDIO_LIGHTS)
+    assert told["split"] == {"azimuth": -75, "elevation": 5, "size": 10}

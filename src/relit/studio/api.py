@@ -23,7 +23,16 @@ from relit.settings.options import TransferOptions
 from relit.settings_file import as_points
 from relit.studio import models
 from relit.studio.lights import light_headers
-from relit.studio.pictures import THUMBNAIL, exported, jpeg, preview_of, rendered, views_of, window_of
+from relit.studio.pictures import (
+    THUMBNAIL,
+    exported,
+    exported_at_hand,
+    jpeg,
+    preview_of,
+    rendered,
+    views_of,
+    window_of,
+)
 from relit.studio.schema import FILE, NAMED, VIEW_HEADERS, described, links, sends
 from relit.studio.sessions import EXPIRES, ROLES, Portrait, Session, Sessions, StudioError
 
@@ -64,6 +73,7 @@ def options(request: Request) -> models.Offer:
     return models.Offer(
         options=models.OPTIONS,
         landmark_formats=list(LANDMARK_FORMATS),
+        lights=models.LIGHTS,
         limits=models.Limits(bytes=state.most_bytes, pixels=state.most_pixels),
         version=VERSION,
     )
@@ -96,6 +106,7 @@ def samples(request: Request, store: Store, session: ThisSession) -> models.Pair
     for role in ROLES:
         data = io.BytesIO(sample(role).read_bytes())
         store.keep(session, role, find_face(data, role, request.app.state.most_pixels))
+    store.keep_in_gallery(session, "sample", session.portrait("reference"))
     return models.Pair.of(session.portraits)
 
 
@@ -231,11 +242,17 @@ def render(store: Store, session: ThisSession, wanted: models.RenderRequest) -> 
 
 @of_session.post("/export", **sends("application/zip", "The files.", NAMED, 400, 409))
 def export(store: Store, session: ThisSession, wanted: models.ExportRequest) -> Response:
-    """Return the relit photo at full resolution, its landmarks and settings, in a ZIP file."""
+    """Return the relit photo at full resolution, its landmarks and settings, in a ZIP file.
+
+    With the name of a photo at hand as `target`, that one is relit, and its file alone is returned.
+    """
     settings = TransferOptions().changed(**wanted.options)
     with store.computing(session):
-        data = _WORKERS.submit(exported, session, settings, wanted.format).result()
-    return _attached(data, "relit.zip", "application/zip")
+        if wanted.target is None:
+            data = _WORKERS.submit(exported, session, settings, wanted.format).result()
+            return _attached(data, "relit.zip", "application/zip")
+        other = _WORKERS.submit(exported_at_hand, session, settings, wanted.format, wanted.target)
+        return _attached(other.result(), f"relit{wanted.format}", "application/octet-stream")
 
 
 def _attached(data: bytes, name: str, media_type: str) -> Response:

@@ -14,6 +14,7 @@ from relit.face.schemes import SchemeName
 from relit.settings.methods import WITH_SECOND_REFERENCE
 from relit.settings.option_fields import GROUPS
 from relit.settings.options import TransferOptions
+from relit.settings.studio_lights import STUDIO_LIGHTS
 from relit.studio.pictures import VIEWS
 from relit.studio.sessions import ROLES, Portrait
 
@@ -132,6 +133,7 @@ class ExportRequest(BaseModel):
     model_config = _asked(options={"strength": 0.8})
     options: _Options = {}
     format: Literal[".png", ".jpg", ".tif", ".ora", ".psd", ".exr"] = ".png"
+    target: str | None = Field(None, pattern=REFERENCE_ID)
 
 
 class Problem(BaseModel):
@@ -161,11 +163,26 @@ class Limits(BaseModel):
     pixels: int
 
 
+class Lamp(BaseModel):
+    """Where the lamp of a light by name stands, and how large it is, in degrees."""
+
+    azimuth: float
+    elevation: float
+    size: float
+
+
+LIGHTS = {
+    name: Lamp(azimuth=lamp.azimuth, elevation=lamp.elevation, size=lamp.size)
+    for name, (lamp, *_) in ((name, light.lamps) for name, light in STUDIO_LIGHTS.items())
+}
+
+
 class Offer(BaseModel):
     """What this server can do."""
 
     options: list[Option]
     landmark_formats: list[str]
+    lights: dict[str, Lamp]
     limits: Limits
     version: str
 
