@@ -3,6 +3,8 @@
 
 /** @typedef {import("./api.js").Marks} Marks */
 
+import { Loupe } from "./loupe.js";
+
 const SVG = "http://www.w3.org/2000/svg";
 const REACH = 14; // CSS px from a point within which the pointer has it
 const SLIP = 5; // CSS px that a finger wanders when it only taps
@@ -43,6 +45,7 @@ export class PointEditor extends EventTarget {
     this.sign = document.createElementNS(SVG, "text");
     svg.append(this.label, this.sign);
     frame.append(svg);
+    this.loupe = new Loupe(frame, viewport, this.picture);
     viewport.addEventListener("change", () => this.draw());
     frame.addEventListener("pointerdown", (event) => this.#press(event));
     frame.addEventListener("pointermove", (event) => this.#hover(event));
@@ -150,10 +153,15 @@ export class PointEditor extends EventTarget {
       if (row === null) {
         this.viewport.pan(toX - x, toY - y);
         [x, y] = [toX, toY];
-      } else this.#say("move", { row, place: this.viewport.toPhoto(heldX + toX - x, heldY + toY - y), tag });
+      } else {
+        const place = this.viewport.toPhoto(heldX + toX - x, heldY + toY - y);
+        this.loupe.show(place);
+        this.#say("move", { row, place, tag });
+      }
     };
     const end = (/** @type {PointerEvent} */ { type }) => {
       this.release();
+      this.loupe.hide();
       const tapped = type === "pointerup" && still && row === null && !panning;
       if (tapped && this.adding) this.#say("add", { place: this.viewport.toPhoto(start[0], start[1]) });
     };
