@@ -88,13 +88,15 @@ def blank(browser):
 
 @pytest.fixture
 def visit(blank, address):
-    """Open the page as a new visitor."""
+    """Open the page as a new visitor, high enough for the photos and landmarks below, which `fit` opens."""
 
-    def open_page(session="", **settings):
-        page = blank(**settings)
+    def open_page(session="", *, fit=True, **settings):
+        page = blank(**{"viewport": {"width": 1280, "height": 2400 if fit else 800}, **settings})
         page.add_init_script(WATCH)
         page.goto(f"{address}#{session}")
         page.wait_for_selector("#samples:enabled")
+        if fit:
+            page.locator("#fit").evaluate("one => (one.open = true)")
         return page
 
     return open_page

@@ -15,7 +15,7 @@ pytestmark = [pytest.mark.e2e, pytest.mark.slow]
 
 #: The pixels of the result that is shown, or of one that is asked for.
 PIXELS = """async (request) => {
-    let picture = document.querySelector("[data-view=result]");
+    let picture = document.querySelector("#viewer .main .after img");
     if (request) {
         const { session } = JSON.parse(sessionStorage.getItem("relit"));
         const headers = { "Content-Type": "application/json" };
@@ -57,6 +57,7 @@ def test_the_newest_change_wins(sitting):
     ],
 )
 def test_every_view_of_a_method_is_shown(sitting, method, pictures):
+    sitting.click("#expert summary")
     sitting.select_option("#option-method", label=method)
     settled(sitting)
     tabs = [tab for tab in sitting.get_by_role("tab").all() if tab.is_visible()]
@@ -72,6 +73,7 @@ def test_every_view_of_a_method_is_shown(sitting, method, pictures):
 def test_a_view_that_a_method_does_not_have_gives_way_to_the_result(sitting):
     sitting.click("#tab-layers")
     settled(sitting)
+    sitting.click("#expert summary")
     sitting.select_option("#option-method", label="moments")
     sitting.wait_for_selector("#tab-layers", state="hidden")
     settled(sitting)
@@ -113,8 +115,6 @@ def test_one_photo_beside_the_panels_goes_where_there_is_none(visit, photos):
         quiet(page)
         assert photo.name in page.inner_text(f".photo[data-role={role}] .facts")
     drop(page, "#stage", photos[1])
-    assert "on the target or on the reference" in page.inner_text("#status")
-    drop(page, ".photo[data-role=target]", photos[1])
     quiet(page)
     assert photos[1].name in page.inner_text(".photo[data-role=target] .facts")
 
@@ -146,13 +146,14 @@ def test_of_two_photos_the_good_one_is_taken(visit, photos, tmp_path):
 
 
 def test_a_refused_option_is_told_beside_it(sitting):
-    sitting.fill("#option-region", "ears")
+    sitting.click("#expert summary")
+    sitting.fill("#option-channels", "x")
     sitting.keyboard.press("Tab")
     quiet(sitting)
-    assert sitting.inner_text("#option-region-problem").startswith("Region: expected face")
+    assert sitting.inner_text("#option-channels-problem").startswith("Channels: expected")
     sitting.click("#reset")
     settled(sitting)
-    assert sitting.inner_text("#option-region-problem") == ""
+    assert sitting.inner_text("#option-channels-problem") == ""
 
 
 def test_help_is_that_of_the_options_without_the_command_line(visit):
@@ -164,7 +165,7 @@ def test_help_is_that_of_the_options_without_the_command_line(visit):
         assert "--" not in shown
         assert "REFERENCE" not in shown
         assert len(set(words) - set(shown.split())) <= 1
-    assert "or (Mask off) the whole image" in page.text_content("#option-mask-help")
+    assert "or (Blend into the photo off) the whole image" in page.text_content("#option-mask-help")
 
 
 def test_visitors_do_not_see_each_others_photos(sitting, visit):
@@ -206,9 +207,9 @@ def test_nothing_hangs_over_the_edge_and_the_preview_stays_in_sight(sitting):
         sitting.set_viewport_size({"width": width, "height": 900})
         quiet(sitting)
         assert sitting.evaluate("document.documentElement.scrollWidth") == width
-        sitting.focus("#option-mask")
-        picture = sitting.locator(".compare").bounding_box()
-        control = sitting.locator("#option-mask").bounding_box()
+        sitting.focus("#option-strength")
+        picture = sitting.locator("#viewer .pane.main").bounding_box()
+        control = sitting.locator("#option-strength").bounding_box()
         assert picture["y"] > -0.1 * picture["height"]
         beside = control["x"] > picture["x"] + picture["width"]
         assert beside or control["y"] > picture["y"] + picture["height"]

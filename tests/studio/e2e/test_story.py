@@ -44,6 +44,7 @@ def test_from_two_photos_to_the_file_that_the_command_makes(visit, photos, tmp_p
     np.testing.assert_allclose(moved[chin] - before[chin], np.array([15, 9]) / scale, atol=0.02)
     np.testing.assert_array_equal(np.delete(moved, chin, 0), np.delete(before, chin, 0))
 
+    page.click("#expert summary")
     coarse = finest(page)
     page.fill("#option-lam-number", "0.1")
     page.keyboard.press("Tab")
@@ -51,7 +52,7 @@ def test_from_two_photos_to_the_file_that_the_command_makes(visit, photos, tmp_p
     assert finest(page) == pytest.approx(2 * coarse, abs=0.11), "half the lambda is twice the size"
 
     bar = page.get_by_role("slider", name="Before and after")
-    box = page.locator(".compare").bounding_box()
+    box = page.locator("#viewer .pane.main").bounding_box()
     drag(page, box["x"] + box["width"] / 2, box["y"] + 20, -box["width"] / 4, 0)
     assert float(bar.get_attribute("aria-valuenow")) == pytest.approx(25, abs=1)
 
@@ -84,7 +85,7 @@ def test_by_keyboard_alone(visit):
     page = visit()
 
     def tab_to(selector):
-        for _ in range(100):
+        for _ in range(200):
             if page.evaluate("s => document.activeElement.matches(s)", selector):
                 return
             page.keyboard.press("Tab")

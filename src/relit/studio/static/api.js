@@ -8,8 +8,9 @@ const BASE = "/api/v1";
  * @typedef {{scheme: string, points: (number[] | null)[], groups: Record<string, number[]>, detected: boolean}} Marks
  * @typedef {{width: number, height: number, landmarks: Marks | null, message: string | null}} Photo
  * @typedef {{name: string, flag: string, help: string, default: any, kind: string, choices: any[],
- *   words: string[], at_least: number | null, at_most: number | null, above: number | null}} Option
- * @typedef {{options: Option[], landmark_formats: string[], limits: {bytes: number, pixels: number}}} Offer
+ *   title: string, group: string, words: string[], at_least: number | null, at_most: number | null, above: number | null}} Option
+ * @typedef {{options: Option[], landmark_formats: string[], lights: import("./lamps.js").Known,
+ *   limits: {bytes: number, pixels: number}}} Offer
  */
 
 /** What the server refused, in its own words for the user. */
@@ -124,8 +125,32 @@ export class Session {
     return ask(`${this.path}/render`, { method: "POST", json: request, signal });
   }
 
-  /** @param {unknown} request */
-  async export(request) {
-    return (await ask(`${this.path}/export`, { method: "POST", json: request })).blob();
+  /** @param {unknown} request @param {AbortSignal} [signal] */
+  async export(request, signal) {
+    return (await ask(`${this.path}/export`, { method: "POST", json: request, signal })).blob();
+  }
+
+  /** The references that were dropped so far. @returns {Promise<Record<string, Photo>>} */
+  references() {
+    return askJson(`${this.path}/references`);
+  }
+
+  /** @param {string} id @param {Blob} file @returns {Promise<Photo>} */
+  addReference(id, file) {
+    return askJson(`${this.path}/references/${id}`, { method: "PUT", body: file });
+  }
+
+  /** @param {string} id @returns {Promise<Record<Role, Photo | null>>} */
+  chooseReference(id) {
+    return askJson(`${this.path}/references/${id}/choose`, { method: "POST" });
+  }
+
+  /** @param {string} id */
+  removeReference(id) {
+    return ask(`${this.path}/references/${id}`, { method: "DELETE" });
+  }
+
+  end() {
+    return ask(this.path, { method: "DELETE" });
   }
 }

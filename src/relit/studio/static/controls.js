@@ -3,8 +3,8 @@
 
 /** @typedef {import("./api.js").Option} Option */
 
-/** What is used most, in this order; everything else goes under "more". */
-const FIRST = ["lam", "strength", "shadows", "highlights", "exposure", "tint", "method", "light", "region", "mask"];
+/** What a photographer sets, in this order; everything else is for experts. */
+const FIRST = ["strength", "softness", "fill", "turn", "tilt", "exposure", "shadows", "highlights", "tint", "region"];
 const NUMBER = "#"; // choice of the select that stands for the number beside it
 
 export class Controls extends EventTarget {
@@ -45,7 +45,9 @@ export class Controls extends EventTarget {
   #worded(text) {
     for (const option of this.options) {
       const name = option.flag.slice(2);
-      text = text.replaceAll(`--no-${name}`, `${titled(option)} off`).replaceAll(option.flag, titled(option));
+      // A symbol in brackets is for the label alone.
+      const title = titled(option).replace(/ \(.*\)$/, "");
+      text = text.replaceAll(`--no-${name}`, `${title} off`).replaceAll(option.flag, title);
     }
     return text.replace(/\b(TARGET|REFERENCE)\b/g, (word) => word.toLowerCase());
   }
@@ -61,12 +63,12 @@ export class Controls extends EventTarget {
     const title = titled(option);
     const label = make("label", { htmlFor: id, textContent: title });
     const help = this.#worded(option.help);
-    const hint = make("p", { id: `${id}-help`, className: "hint", textContent: help, title: help });
+    const hint = make("p", { id: `${id}-help`, className: "hint", textContent: help });
     const problem = make("p", { id: `${id}-problem`, className: "problem" });
     problem.setAttribute("role", "alert");
     const say = (/** @type {any} */ value) =>
       this.dispatchEvent(new CustomEvent("change", { detail: { name: option.name, value } }));
-    const { parts, words, show } = KINDS[option.kind](option, id, say);
+    const { parts, words, show } = (option.name === "region" ? regions : KINDS[option.kind])(option, id, say);
     for (const part of [...parts, words]) part?.setAttribute("aria-describedby", `${hint.id} ${problem.id}`);
     const row = make("div", { className: "row" });
     row.append(...parts);
@@ -78,9 +80,9 @@ export class Controls extends EventTarget {
       more.setAttribute("aria-expanded", String(hint.classList.toggle("open")));
     });
     const head = make("div", { className: "head" });
-    head.append(label, more);
+    head.append(label, more, hint);
     if (words) head.append(words);
-    box.append(head, row, hint, problem);
+    box.append(head, row, problem);
     this.fields.set(option.name, { show, problem });
     return box;
   }
@@ -146,8 +148,9 @@ const KINDS = {
       words.value = free ? NUMBER : (value ?? "");
       number.value = free ? String(value) : "";
       slider.value = String(toPlace(last));
-      slider.setAttribute("aria-valuetext", free ? String(value) : (value ?? "automatic"));
-      slider.classList.toggle("idle", !free);
+      slider.setAttribute("aria-valuetext", String(value));
+      // A word needs no number beside it.
+      slider.hidden = number.hidden = !free;
     };
     slider.addEventListener("input", () => say(toValue(Number(slider.value))));
     number.addEventListener("change", () => {
@@ -160,8 +163,33 @@ const KINDS = {
   },
 };
 
+/** Parts of a face, to choose several of. @type {typeof KINDS[string]} */
+function regions(option, id, say) {
+  const parts = make("div", { className: "chips", id });
+  parts.setAttribute("role", "group");
+  parts.setAttribute("aria-label", titled(option));
+  /** @type {Set<string>} */
+  let chosen = new Set();
+  const buttons = option.words.map((word) => {
+    const button = make("button", { type: "button", className: "chip", textContent: word });
+    button.addEventListener("click", () => {
+      const others = new Set([...chosen].filter((one) => one !== "face"));
+      if (word !== "face" && !others.delete(word)) others.add(word);
+      say(word === "face" || !others.size ? "face" : option.words.filter((one) => others.has(one)).join("+"));
+    });
+    parts.append(button);
+    return button;
+  });
+  const show = (/** @type {any} */ value) => {
+    chosen = new Set(String(value ?? "face").split("+"));
+    for (const button of buttons) button.setAttribute("aria-pressed", String(chosen.has(button.textContent ?? "")));
+  };
+  return { parts: [parts], show };
+}
+
 /** What a control is called. @param {Option} option */
-function titled({ flag }) {
+function titled({ flag, title }) {
+  if (title) return title;
   const words = flag.replace(/^-+/, "").replaceAll("-", " ");
   return words[0].toUpperCase() + words.slice(1);
 }

@@ -16,23 +16,29 @@ export class Intake {
    * @param {import("./api.js").Session} session
    * @param {import("./api.js").Offer} offer
    * @param {(role: Role | null, act: () => Promise<void>) => Promise<void>} attempt
+   * @param {(file: File) => Promise<Photo>} addReference
    * @param {{photos: (given: Partial<Record<Role, Photo>>, names: Partial<Record<Role, string>>) => Promise<void>,
    *   marks: (role: Role, marks: Marks) => void}} taken told what the server has taken
    */
-  constructor(session, { limits, landmark_formats: formats }, attempt, taken) {
+  constructor(session, { limits, landmark_formats: formats }, attempt, addReference, taken) {
     this.session = session;
     this.limits = limits;
     this.formats = formats;
     this.attempt = attempt;
+    this.addReference = addReference;
     this.taken = taken;
   }
 
   /** @param {File[]} files @param {Role} role whose one file is */
   async receive(files, role) {
-    const isMarks = (/** @type {File} */ file) => formatOf(file.name, this.formats) !== null;
-    await this.#photos(dealt(files.filter((file) => !isMarks(file)), role));
-    const marks = dealt(files.filter(isMarks), role);
+    await this.#photos(dealt(files.filter((file) => !this.isMarks(file)), role));
+    const marks = dealt(files.filter((file) => this.isMarks(file)), role);
     for (const one of ROLES) if (marks[one]) await this.marks(one, marks[one]);
+  }
+
+  /** Whether a file is of landmarks, by its name. @param {File} file */
+  isMarks(file) {
+    return formatOf(file.name, this.formats) !== null;
   }
 
   /** @param {Role} role @param {File} file */
@@ -54,7 +60,7 @@ export class Intake {
     const upload = (/** @type {Role} */ role, /** @type {File} */ file) =>
       this.attempt(role, async () => {
         await this.#check(file);
-        given[role] = await this.session.upload(role, file);
+        given[role] = await (role === "reference" ? this.addReference(file) : this.session.upload(role, file));
         names[role] = file.name;
       });
     await Promise.all(ROLES.map((role) => files[role] && upload(role, files[role])));

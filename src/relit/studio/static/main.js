@@ -3,23 +3,27 @@
 
 import { ApiError, fetchOptions } from "./api.js";
 import { Controls } from "./controls.js";
-import { dropZone, save } from "./files.js";
+import { dropZone, onChosen, save } from "./files.js";
 import { Intake } from "./intake.js";
+import { Lighting } from "./lighting.js";
 import { Panel } from "./panel.js";
 import { ROLES } from "./pairs.js";
 import { PointTools } from "./tools.js";
 import { Preview } from "./preview.js";
+import { share } from "./share.js";
 import { Stage } from "./stage.js";
 import { Store } from "./state.js";
+import { FilmStrip } from "./strip.js";
 import { Sync } from "./sync.js";
 import { begin, keep } from "./visit.js";
 
 /**
  * @typedef {import("./api.js").Role} Role
- * @typedef {{faces: import("./pairs.js").Faces, options: Record<string, any>}} Document
+ * @typedef {{faces: import("./pairs.js").Faces, options: Record<string, any>, reference: string}} Document
  */
 
 const SIDE = 1600; // px of a photo that is shown for its landmarks
+const LAMP = "loop"; // the light of a photo that came alone
 
 const $ = (/** @type {string} */ id) => /** @type {any} */ (document.getElementById(id));
 const say = (/** @type {string} */ text) => ($("status").textContent = text);
@@ -36,7 +40,7 @@ async function start() {
 
   const controls = new Controls(offer.options, $("first"), $("more"));
   /** @type {Store<Document>} */
-  const store = new Store({ faces: { target: null, reference: null }, options: controls.defaults });
+  const store = new Store({ faces: { target: null, reference: null }, options: controls.defaults, reference: "" });
   const sync = new Sync(session);
   const stage = new Stage($("stage"));
   const panels = /** @type {Record<Role, Panel>} */ (
@@ -44,12 +48,22 @@ async function start() {
   );
   for (const role of ROLES) $("pair").append(panels[role].root);
   const tools = new PointTools(store, panels, say);
+  let seated = Promise.resolve(); // until the server has the reference that is chosen
   const preview = new Preview(
     (request, signal) => session.render(request, signal),
-    () => sync.push(() => store.now.faces),
+    () => seated.then(() => sync.push(() => store.now.faces)),
   );
+  const lighting = new Lighting(session, offer, store, $("desk"), $("looks"), () =>
+    photos.target && tools.usable("target") ? preview.sequence : null,
+  );
+  const { gallery } = lighting;
+  const film = new FilmStrip($("film"), session);
 
-  const note = () => keep({ session: session.token, names, options: store.now.options });
+  const note = () => {
+    const { names: references, looks } = gallery;
+    const { options, reference } = store.now;
+    keep({ session: session.token, names, options, reference, references, starred: [...looks.starred] });
+  };
 
   /** Whether there is enough to relight. */
   const ready = () => {
@@ -67,6 +81,17 @@ async function start() {
     else preview.cancel();
     $("stage").classList.toggle("waiting", !able);
     if (!able && photos.target) say("The preview waits for photos and landmarks.");
+    $("looks-box").hidden = !(photos.target && tools.usable("target"));
+    lighting.show(Boolean(photos.reference));
+  };
+
+  /** A face that was not found is placed by hand: there, and named. */
+  const unsure = () => {
+    const lost = ROLES.filter((role) => photos[role]?.message);
+    if (!lost.length) return;
+    $("fit").open = true;
+    const told = lost.map((role) => `${names[role] || role}: ${photos[role]?.message}`);
+    $("stage-problem").textContent = told.join(" ");
   };
 
   /** @param {Role} role @param {import("./api.js").Photo} photo */
@@ -75,7 +100,9 @@ async function start() {
     const blob = await session.picture(role, SIDE);
     panels[role].show(blob, photo, names[role]);
     panels[role].problem(photo.message ?? "");
-    if (role === "target") stage.before(blob, photo);
+    if (role !== "target") return;
+    stage.before(blob, photo);
+    gallery.looks.look(stage.face);
   };
 
   /** @param {Partial<Record<Role, import("./api.js").Photo | null>>} given */
@@ -91,8 +118,17 @@ async function start() {
     }
     stage.clear();
     // The other photo may have come meanwhile.
-    store.reset({ faces: { ...store.now.faces, ...faces } });
+    const { options } = store.now;
+    // A photo that is dropped for its light is what is wanted; one that is alone needs a lamp.
+    const light = given.reference ? null : photos.reference ? options.light : (options.light ?? LAMP);
+    store.reset({
+      faces: { ...store.now.faces, ...faces },
+      options: { ...options, light },
+      reference: given.reference ? gallery.inUse : store.now.reference,
+    });
     note();
+    unsure();
+    gallery.looks.renew();
   };
 
   /**
@@ -118,7 +154,7 @@ async function start() {
     }
   };
 
-  const intake = new Intake(session, offer, attempt, {
+  const intake = new Intake(session, offer, attempt, (file) => gallery.add(file), {
     photos: (given, called) => {
       names = { ...names, ...called };
       return take(given);
@@ -128,11 +164,50 @@ async function start() {
       store.set({ faces: { ...store.now.faces, [role]: marks } });
     },
   });
-  drop = (files) => {
+  /** Files that nobody said the role of: two are a person and a light, more are a film strip. @param {File[]} files */
+  const receive = async (files) => {
+    const pictures = files.filter((file) => !intake.isMarks(file));
+    if (pictures.length > 2) {
+      film.clear();
+      film.add(pictures);
+      return film.choose(0);
+    }
     const empty = ROLES.find((role) => !photos[role]);
-    if (empty || files.length > 1) void intake.receive(files, empty ?? "target");
-    else say("Drop a single file on the target or on the reference.");
+    return intake.receive(files, empty ?? "target");
   };
+  drop = (files) => void receive(files);
+  onChosen($("open"), (files) => void receive(files));
+  film.addEventListener("choose", (event) => void intake.receive([/** @type {CustomEvent} */ (event).detail], "target"));
+  film.addEventListener("all", async () => {
+    await sync.push(() => store.now.faces);
+    const made = await film.export(store.now.options, $("format").value);
+    if (made) save(made, "relit-photos.zip");
+  });
+
+  /** Show a reference that the server has seated, by its number in the gallery. @param {string} id */
+  const seat = async (id) => {
+    const photo = await gallery.use(id);
+    names.reference = gallery.names[id];
+    sync.knows("reference", { target: null, reference: photo.landmarks });
+    await showPhoto("reference", photo);
+    return photo.landmarks;
+  };
+  lighting.addEventListener("reference", (event) => {
+    const id = /** @type {CustomEvent<string>} */ (event).detail;
+    void attempt("reference", async () => {
+      const had = !photos.reference || Boolean(store.now.reference);
+      const change = { options: lighting.ofPhoto, faces: { ...store.now.faces, reference: await seat(id) }, reference: id };
+      // What was there before cannot be had back if it is not in the gallery.
+      if (had) store.set(change);
+      else store.reset(change);
+      note();
+    });
+  });
+  lighting.addEventListener("note", note);
+  share(store, offer.options, () => names, say);
+  const { viewer } = stage;
+  viewer.file = () => ({ url: viewer.pictures.after?.src ?? "", name: `${(names.target || "photo").replace(/\.[^.]*$/, "")}-relit.jpg` });
+  $("copy-picture").addEventListener("click", async () => say((await viewer.copy()) || "Copied the picture."));
 
   for (const role of ROLES) {
     const panel = panels[role];
@@ -151,6 +226,7 @@ async function start() {
     attempt(null, async () => {
       const given = await session.samples();
       names = { target: "sample", reference: "sample" };
+      gallery.seat("sample", "sample");
       await take(given);
     }),
   );
@@ -201,13 +277,18 @@ async function start() {
   });
   $("controls").addEventListener("change", () => store.pause());
   $("controls").addEventListener("submit", (/** @type {Event} */ event) => event.preventDefault());
-  $("reset").addEventListener("click", () => store.set({ options: controls.defaults }));
+  $("reset").addEventListener("click", () => store.set({ options: { ...controls.defaults, light: photos.reference ? null : LAMP } }));
 
   store.addEventListener("change", (event) => {
     const { before } = /** @type {CustomEvent<{before: Document}>} */ (event).detail;
     if (before.options !== store.now.options) {
       controls.show(store.now.options);
       note();
+    }
+    const { reference } = store.now;
+    if (reference && reference !== gallery.inUse) {
+      // Undone, or redone.
+      seated = seat(reference).then(() => {});
     }
     tools.show();
     refresh();
@@ -229,6 +310,7 @@ async function start() {
     controls.forgive();
     $("stage-problem").textContent = $("points-problem").textContent = "";
     stage.show(picture);
+    lighting.desk.light(picture.lamps, picture.fill);
     const { finest, seconds } = picture;
     took = seconds;
     panels.target.points.finest = finest;
@@ -237,7 +319,10 @@ async function start() {
       ? `What is below ${finest.toFixed(1)} px stays the person's: the circle λ on the target.`
       : "";
   });
-  preview.addEventListener("done", () => say(`Done in ${took.toFixed(2)} s.`));
+  preview.addEventListener("done", () => {
+    say(`Done in ${took.toFixed(2)} s.`);
+    void gallery.looks.go();
+  });
   preview.addEventListener("problem", (event) => {
     const error = /** @type {CustomEvent} */ (event).detail;
     if (!(error instanceof ApiError)) throw error;
@@ -249,10 +334,11 @@ async function start() {
     say(error.message);
   });
 
-  // What lambda means, under the first option, which it is.
-  $("first").firstElementChild?.append($("finest"));
-  store.reset({ options: { ...controls.defaults, ...kept?.options } });
+  await gallery.restore(kept?.references ?? {}, kept?.starred ?? []);
+  gallery.inUse = kept?.reference ?? "";
+  store.reset({ options: { ...controls.defaults, ...kept?.options }, reference: gallery.inUse });
   await take(photos);
+  if (kept?.options) store.reset({ options: { ...controls.defaults, ...kept.options } });
   $("samples").disabled = false;
 }
 

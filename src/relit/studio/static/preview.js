@@ -10,7 +10,8 @@ const REST = 200; // ms without a change before a fine picture is asked for
 const PATIENCE = 300; // ms after which the user is told that work goes on
 
 /**
- * @typedef {{view: string, blob: Blob, window: number[], views: string[], finest: number, seconds: number}} Picture
+ * @typedef {{view: string, blob: Blob, window: number[], views: string[], finest: number,
+ *   seconds: number, lamps: [number, number, number, string][], fill: number, confidence: number}} Picture
  */
 
 /** @typedef {{options: object, views: string[], side: number}} Wish */
@@ -113,5 +114,8 @@ async function picture(view, response) {
     views: header("Views").split(",").map((name) => name.trim()),
     finest: Number(header("Lambda-Px")) || 0,
     seconds: Number(header("Seconds")) || 0,
+    lamps: JSON.parse(header("Lamps") || "[]"),
+    fill: Number(header("Fill")) || 0,
+    confidence: Number(header("Confidence") || 1),
   };
 }

@@ -1,7 +1,7 @@
 // @ts-check
 /** Where the pictures of the preview are shown: tabs, and in each what its views call for. */
 
-import { comparison } from "./compare.js";
+import { Viewer } from "./viewer.js";
 
 /** Tab → the views that it asks for, as far as the method has them. */
 const TABS = {
@@ -43,7 +43,13 @@ export class Stage extends EventTarget {
     /** @type {Map<HTMLImageElement, string>} */
     this.shown = new Map();
     this.tabs = /** @type {HTMLElement[]} */ ([...root.querySelectorAll("[role=tab]")]);
-    comparison(this.#part(".compare"));
+    this.viewer = new Viewer(this.#part("#viewer"));
+    let { side } = this.viewer;
+    this.viewer.addEventListener("change", () => {
+      if (side === this.viewer.side) return;
+      side = this.viewer.side;
+      this.dispatchEvent(new Event("open"));
+    });
     const opacity = /** @type {HTMLInputElement} */ (this.#part("#onion"));
     const onion = /** @type {HTMLElement} */ (this.#part(".onion .over"));
     const fade = () => (onion.style.opacity = String(opacity.valueAsNumber / 100));
@@ -66,6 +72,7 @@ export class Stage extends EventTarget {
 
   /** How many px of a picture can be seen. */
   get side() {
+    if (this.tab === "result") return this.viewer.side;
     const seen = Math.max(this.root.clientWidth, 320) * Math.min(window.devicePixelRatio, 2) * this.zoom;
     return Math.min(Math.max(Math.ceil(seen / 160) * 160, 480), 1440);
   }
@@ -80,12 +87,14 @@ export class Stage extends EventTarget {
       tab.tabIndex = chosen ? 0 : -1;
       this.#part(`#panel-${tab.dataset.tab}`).hidden = !chosen;
     }
+    this.#part("#close").hidden = name === "result"; // which zooms by itself
     this.dispatchEvent(new Event("open"));
   }
 
   /** @param {Blob} target the photo before @param {import("./api.js").Photo} photo */
   before(target, { width, height, landmarks }) {
     this.root.style.setProperty("--ratio", String(width / height));
+    this.viewer.photo(target, { width, height });
     const points = /** @type {number[][]} */ (landmarks?.points.filter(Boolean) ?? [[0, 0], [width, height]]);
     const shares = [0, 1].map((axis) => points.map((at) => at[axis] / (axis ? height : width)));
     this.face = [Math.min, Math.max].flatMap((end) => shares.map((axis) => end(...axis)));
@@ -100,6 +109,7 @@ export class Stage extends EventTarget {
     for (const tab of this.tabs) {
       tab.hidden = !TABS[/** @type {Tab} */ (tab.dataset.tab)].some((view) => this.views.includes(view));
     }
+    if (view === "result") return this.viewer.show(blob);
     const image = /** @type {HTMLImageElement} */ (this.#part(`[data-view="${view}"]`) ?? this.#figure(view));
     this.#show(image, blob);
     if (image.classList.contains("over")) {
@@ -128,6 +138,7 @@ export class Stage extends EventTarget {
 
   clear() {
     this.root.classList.remove("filled");
+    this.viewer.clear();
   }
 
   /** @param {string} view */

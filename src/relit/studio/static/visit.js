@@ -7,7 +7,8 @@ const KEPT = "relit"; // key of what outlives a reload
 
 /**
  * @typedef {import("./api.js").Role} Role
- * @typedef {{session: string, names: Record<Role, string>, options: Record<string, any>}} Kept
+ * @typedef {{session: string, names: Record<Role, string>, options: Record<string, any>, reference: string,
+ *   references: Record<string, string>, starred: string[]}} Kept
  */
 
 /** @returns {Promise<{session: Session, photos: Record<Role, import("./api.js").Photo | null>, kept: Kept | null}>} */

@@ -1,0 +1,130 @@
+// @ts-check
+/** A film strip of photos that wait for the same light, and their export one after the other. */
+
+import { zipped } from "./zip.js";
+
+const BESIDE = "film"; // where the server keeps the photo that is relit next
+
+/** @typedef {{name: string, file: File, problem: string}} Frame */
+
+export class FilmStrip extends EventTarget {
+  /**
+   * @param {HTMLElement} root holding a list, a button that exports and one that stops, a progress bar and a line
+   * @param {import("./api.js").Session} session
+   */
+  constructor(root, session) {
+    super();
+    this.root = root;
+    this.session = session;
+    /** @type {Frame[]} */
+    this.frames = [];
+    this.chosen = 0;
+    this.list = this.#part("ol");
+    this.run = new AbortController();
+    this.#part("[data-do=all]").addEventListener("click", () => this.dispatchEvent(new Event("all")));
+    this.#part("[data-do=stop]").addEventListener("click", () => this.run.abort());
+  }
+
+  /** @param {File[]} files */
+  add(files) {
+    this.frames.push(...files.map((file) => ({ name: file.name, file, problem: "" })));
+    this.#draw();
+  }
+
+  clear() {
+    this.frames = [];
+    this.#draw();
+  }
+
+  /** @param {number} at */
+  choose(at) {
+    this.chosen = at;
+    this.#draw();
+    this.dispatchEvent(new CustomEvent("choose", { detail: this.frames[at].file }));
+  }
+
+  /**
+   * Relight all, and save them together; what is refused is told, and the others go on.
+   * @param {object} options @param {string} format
+   * @returns {Promise<Blob | null>} null where none was made
+   */
+  async export(options, format) {
+    const { signal } = (this.run = new AbortController());
+    const bar = /** @type {HTMLProgressElement} */ (this.#part("progress"));
+    const made = [];
+    this.#busy(true);
+    bar.max = this.frames.length;
+    for (const [k, frame] of this.frames.entries()) {
+      if (signal.aborted) break;
+      bar.value = k;
+      this.#say(`${k + 1} of ${this.frames.length}: ${frame.name}`);
+      try {
+        made.push({ name: frame.name.replace(/(\.[^.]*)?$/, format), blob: await this.#relit(frame.file, options, format, signal) });
+        frame.problem = "";
+      } catch (error) {
+        if (!signal.aborted) frame.problem = /** @type {Error} */ (error).message;
+      }
+    }
+    this.#busy(false);
+    this.#draw();
+    const bad = this.frames.filter(({ problem }) => problem).length;
+    const ended = signal.aborted ? `Stopped after ${made.length} of ${this.frames.length}.` : `${made.length} photos relit.`;
+    this.#say(bad ? `${ended} ${bad} could not be: see the marks on them.` : ended);
+    return made.length ? zipped(distinct(made)) : null;
+  }
+
+  /** @param {File} file @param {object} options @param {string} format @param {AbortSignal} signal */
+  async #relit(file, options, format, signal) {
+    // Beside the photo that is in hand, which stays.
+    const { message } = await this.session.addReference(BESIDE, file);
+    try {
+      if (message) throw new Error(message);
+      return await this.session.export({ options, format, target: BESIDE }, signal);
+    } finally {
+      await this.session.removeReference(BESIDE);
+    }
+  }
+
+  #draw() {
+    this.root.hidden = this.frames.length < 2;
+    this.list.replaceChildren(
+      ...this.frames.map(({ name, problem }, k) => {
+        const item = document.createElement("li");
+        const button = Object.assign(document.createElement("button"), { type: "button", textContent: name, title: problem });
+        button.setAttribute("aria-current", String(k === this.chosen));
+        button.classList.toggle("bad", Boolean(problem));
+        if (problem) button.setAttribute("aria-description", problem);
+        button.addEventListener("click", () => this.choose(k));
+        item.append(button);
+        return item;
+      }),
+    );
+  }
+
+  /** @param {boolean} yes */
+  #busy(yes) {
+    this.#part("[data-do=all]").hidden = yes;
+    this.#part("[data-do=stop]").hidden = this.#part("progress").hidden = !yes;
+  }
+
+  /** @param {string} text */
+  #say(text) {
+    this.#part("[role=status]").textContent = text;
+  }
+
+  /** @param {string} selector @returns {any} */
+  #part(selector) {
+    return this.root.querySelector(selector);
+  }
+}
+
+/** Files of which no two have one name. @param {{name: string, blob: Blob}[]} files */
+function distinct(files) {
+  const taken = new Set();
+  return files.map(({ name, blob }) => {
+    let free = name;
+    for (let k = 2; taken.has(free.toLowerCase()); k += 1) free = name.replace(/(\.[^.]*)?$/, `-${k}$1`);
+    taken.add(free.toLowerCase());
+    return { name: free, blob };
+  });
+}
