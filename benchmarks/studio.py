@@ -23,7 +23,7 @@ _NOSE = 4  # its tip, of the face mesh
 
 #: Waits for the picture that what happens next leads to: resolves with the ms from its event to its frame.
 _WATCH = """(event) => {
-    const image = document.querySelector('[data-view=result]');
+    const seen = document.querySelector('#viewer .main .after');
     window.took = new Promise((shown, failed) => {
         let start;
         setTimeout(() => failed(new Error(`no picture after ${event}`)), 20_000);
@@ -31,35 +31,40 @@ _WATCH = """(event) => {
         const watch = new MutationObserver(async () => {
             if (start === undefined) return;
             watch.disconnect();
-            await image.decode();
+            await seen.querySelector('img').decode();
             requestAnimationFrame(() => setTimeout(() => shown(performance.now() - start)));
         });
-        watch.observe(image, { attributeFilter: ['src'] });
+        watch.observe(seen, { childList: true, subtree: true, attributeFilter: ['src'] });
     });
 }"""
 
 
 def studio(runs: int) -> Iterator[Row]:
-    """Move λ and a landmark on the studio's page, in Chromium."""
+    """Move a lamp, λ and a landmark on the studio's page, in Chromium."""
     from playwright.sync_api import FilePayload, sync_playwright
 
     count = max(runs, 30)
     with _served() as address, sync_playwright() as started:
         browser = started.chromium.launch(executable_path=_BROWSER, args=["--no-sandbox"])
-        page = browser.new_page(viewport={"width": 1000, "height": 1000})
+        page = browser.new_page(viewport={"width": 1000, "height": 2400})
         page.goto(address)
         page.wait_for_selector("#samples:enabled")
+        for part in ("#fit", "#expert"):
+            page.locator(part).evaluate("one => (one.open = true)")
         for role, name in (("target", "target.png"), ("reference", "reference.jpg")):
             photo = FilePayload(name=name, mimeType="image/jpeg", buffer=_enlarged(name))
             page.locator(f".photo[data-role={role}] input[type=file]").first.set_input_files(photo)
             page.locator(f".photo[data-role={role}] .facts:not(:empty)").wait_for()
         page.wait_for_selector("#stage.filled")
-        page.click("#close")  # all of the photo, not the face alone
-        for method in ("shading", "ltv"):
+        both = ("λ moved", 0.15, _slide), ("point dragged", 0.25, _drag)
+        moves = {"shading": (*both, ("lamp dragged", 0.15, _lamp)), "ltv": both}
+        for method, acts in moves.items():
             page.select_option("#option-method", label=method)
             _rest(page)
-            width = page.evaluate("document.querySelector('[data-view=result]').naturalWidth")
-            for what, target, act in (("λ moved", 0.15, _slide), ("point dragged", 0.25, _drag)):
+            for what, target, act in acts:
+                page.click(f"[data-from={'lamp' if act is _lamp else 'photo'}]")
+                _rest(page)
+                width = page.evaluate("document.querySelector('#viewer .main .after img').naturalWidth")
                 seconds = act(page, count + 2)[2:]
                 _rest(page)
                 case = f"{method}: {what} {count} times; {width} px preview"
@@ -104,6 +109,23 @@ def _drag(page: Any, count: int) -> list[float]:
     for k in range(count):
         page.evaluate(_WATCH, "pointermove")
         page.mouse.move(x + 4 * (k % 2) + 2, y + 0.2 * k)
+        seconds.append(page.evaluate("window.took") / 1000)
+    page.mouse.up()
+    return seconds
+
+
+def _lamp(page: Any, count: int) -> list[float]:
+    """Drag the lamp along the ball to so many places; return the seconds that each took to be seen."""
+    lamp = page.locator("#desk .ball button").first
+    lamp.scroll_into_view_if_needed()
+    box = lamp.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    seconds = []
+    for k in range(count):
+        page.evaluate(_WATCH, "pointermove")
+        page.mouse.move(x + 2 * (k + 1), y + 3 * (k % 2))
         seconds.append(page.evaluate("window.took") / 1000)
     page.mouse.up()
     return seconds
