@@ -28,6 +28,7 @@ from relit.studio.pictures import (
     exported,
     exported_at_hand,
     jpeg,
+    part_at,
     preview_of,
     rendered,
     views_of,
@@ -43,6 +44,7 @@ _WORKERS = ThreadPoolExecutor(2, "relit")
 Token = Annotated[str, Path(pattern="^[A-Za-z0-9_-]{1,100}$")]
 Side = Annotated[int, Query(ge=64, le=4096)]
 Suffix = Annotated[models.Suffix, Query(alias="format")]
+Place = Annotated[float, Query(ge=0, le=1e6)]
 
 
 async def _store(request: Request) -> Sessions:
@@ -177,6 +179,13 @@ def detect(portrait: ThisPortrait, role: models.Role) -> models.Marks | None:
     portrait.landmarks = _WORKERS.submit(detect_landmarks, portrait.photo.pixels, name=role).result()
     portrait.detected = True
     return models.Marks.of(portrait)
+
+
+@of_session.get("/part", responses=described(409))
+def part(session: ThisSession, x: Place, y: Place) -> models.Part:
+    """Tell which part of the target's face is at a place of the photo, in px."""
+    portrait = session.portrait("target", needed=True)
+    return models.Part(part=_WORKERS.submit(part_at, portrait, x, y).result())
 
 
 @of_session.get("/landmarks/{role}/file", **sends("application/octet-stream", "The file.", NAMED, 409))

@@ -211,6 +211,12 @@ class Marks(BaseModel):
         )
 
 
+class Part(BaseModel):
+    """A part of the target's face, null where there is no face."""
+
+    part: str | None
+
+
 class PhotoFacts(BaseModel):
     """A photo and its face; where none was found, a message says so."""
 

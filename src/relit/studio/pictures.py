@@ -16,6 +16,7 @@ from PIL import Image
 
 from relit.face.landmark_files import landmarks_as_bytes
 from relit.face.landmarks import Landmarks
+from relit.face.regions import FaceRegions
 from relit.figures import view_makers
 from relit.photo.atomic_files import NamedBytes
 from relit.photo.photo import Photo
@@ -25,7 +26,7 @@ from relit.relighting import transfer
 from relit.result_files import check_results_destination, write_results
 from relit.results import TransferResult
 from relit.runtime.memo import remembered
-from relit.settings.options import TransferOptions
+from relit.settings.options import PARTS, TransferOptions
 from relit.settings_file import Settings, as_json
 from relit.studio.sessions import ROLES, Portrait, Session
 
@@ -38,6 +39,7 @@ VIEWS = (
 )
 
 _ENDINGS = {".exr": ".layers.exr"}  # of exported files, where another than the format's
+_LOOKED_AT = 40.0  # px between the eyes at which a part of a face is told: its edges are soft
 #: The longest side in px of a preview that is one of many.
 THUMBNAIL = 256
 
@@ -135,6 +137,20 @@ def _relit(faces: Faces, options: TransferOptions, detail: float | None = None) 
         options=options,
         detail=detail,
     )
+
+
+def part_at(portrait: Portrait, x: float, y: float) -> str | None:
+    """Return the part of the face that a place of a photo, in px, is in; None off the face."""
+    face = portrait.face("target")
+    factor = max(int(face.interocular_distance / _LOOKED_AT), 1)
+    height, width = portrait.photo.pixels.shape[:2]
+    regions = FaceRegions(face.reduced(factor), (height // factor + 1, width // factor + 1))
+    row, column = (min(int(at / factor), end - 1) for at, end in zip((y, x), regions.shape, strict=True))
+    shares = {
+        part: float(regions.parts(part)[row, column]) for part in PARTS if part not in ("left", "right")
+    }
+    part = max(shares, key=shares.__getitem__)
+    return part if shares[part] > 0 else None
 
 
 def views_of(result: TransferResult) -> dict[str, Callable[[], NDArray[Any]]]:

@@ -10,7 +10,10 @@ import pytest
 from PIL import Image
 
 from relit.cli import app as cli
-from tests.studio.e2e.page import api, drag, drop, quiet, settled, touch, until
+from relit.face.detect import detect_landmarks
+from relit.photo.reading import read_image
+from relit.settings_file import from_json
+from tests.studio.e2e.page import api, drag, drop, on_screen, points, quiet, settled, touch, until
 
 pytestmark = [pytest.mark.e2e, pytest.mark.slow]
 
@@ -241,6 +244,75 @@ def test_the_result_is_first_and_the_largest_at_every_width(visit, photos, width
     before = page.locator(RESULT).bounding_box()["width"]
     touch(page, ((x - 20, y), (x + 20, y)), ((x - 60, y), (x + 60, y)))
     assert page.locator(RESULT).bounding_box()["width"] > 1.5 * before
+
+
+def test_a_part_is_picked_on_the_face(alone, photos):
+    page = alone
+    nose = detect_landmarks(read_image(photos[0]).pixels).xy[4]
+    page.click("#pick")
+    with Image.open(photos[0]) as photo:
+        width = photo.width
+    box = page.locator(RESULT).bounding_box()
+    x, y = (nose + 0.5) * box["width"] / width
+    page.mouse.click(box["x"] + x, box["y"] + y)
+    settled(page)
+    assert options(page)["region"] == "nose"
+    page.mouse.click(box["x"] + 3, box["y"] + 3)
+    quiet(page)
+    assert options(page)["region"] == "nose"
+    assert page.inner_text("#status") == "That is beside the face."
+    page.click("#pick")
+    page.click("[data-part=face]")
+    settled(page)
+    assert options(page)["region"] == "face"
+
+
+def test_settings_go_to_a_file_and_come_from_it(alone, visit, photos, tmp_path):
+    page = alone
+    page.fill("#option-strength-number", "0.7")
+    page.keyboard.press("Tab")
+    settled(page)
+    page.get_by_text("Take it further").click()
+    with page.expect_download() as download:
+        page.click("#save-settings")
+    download.value.save_as(tmp_path / "settings.json")
+    assert from_json((tmp_path / "settings.json").read_bytes()).options.strength == 0.7
+    other = visit(fit=False)
+    drop(other, "#stage", photos[0])
+    other.wait_for_selector(".stage.filled")
+    (tmp_path / "other.json").write_text("[1]")
+    for name, strength in (("other.json", 1), ("settings.json", 0.7)):
+        other.set_input_files("#load-settings", tmp_path / name)
+        quiet(other)
+        assert options(other)["strength"] == strength
+
+
+def test_the_export_of_a_film_strip_can_be_stopped(visit, photos, tmp_path):
+    page, files = visit(fit=False), []
+    for k in range(6):
+        files.append(tmp_path / f"portrait {k}.png")
+        files[-1].write_bytes(photos[0].read_bytes())
+    drop(page, "#stage", *files)
+    page.wait_for_selector(".stage.filled")
+    settled(page)
+    page.click("#film [data-do=all]")
+    page.click("#film [data-do=stop]")
+    until(page, "!document.querySelector('#film [data-do=all]').hidden")
+    assert "Stopped after" in page.inner_text("#film [role=status]")
+    assert "of 6" in page.inner_text("#film [role=status]")
+
+
+def test_a_magnifier_shows_what_the_hand_hides(sitting):
+    before = points(sitting, "target")
+    x, y, _ = on_screen(sitting, "target", before[152])
+    loupe = sitting.locator(".photo[data-role=target] .loupe")
+    assert not loupe.is_visible()
+    sitting.mouse.move(x, y)
+    sitting.mouse.down()
+    sitting.mouse.move(x + 5, y + 5, steps=3)
+    assert loupe.is_visible()
+    sitting.mouse.up()
+    assert not loupe.is_visible()
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

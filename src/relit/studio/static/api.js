@@ -110,6 +110,11 @@ export class Session {
     return askJson(`${this.path}/landmarks/${role}/detect`, { method: "POST" });
   }
 
+  /** The part of the target's face at a place, in px of the photo. @param {number[]} place @returns {Promise<{part: string | null}>} */
+  part([x, y]) {
+    return askJson(`${this.path}/part?x=${Math.max(x, 0)}&y=${Math.max(y, 0)}`);
+  }
+
   /** @param {Role} role @param {string} format */
   async saveLandmarks(role, format) {
     return (await ask(`${this.path}/landmarks/${role}/file?format=${format}`)).blob();

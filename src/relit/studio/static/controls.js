@@ -166,12 +166,14 @@ const KINDS = {
 /** Parts of a face, to choose several of. @type {typeof KINDS[string]} */
 function regions(option, id, say) {
   const parts = make("div", { className: "chips", id });
+  const pick = make("button", { type: "button", id: "pick", className: "chip", textContent: "Pick on the face" });
   parts.setAttribute("role", "group");
   parts.setAttribute("aria-label", titled(option));
   /** @type {Set<string>} */
   let chosen = new Set();
   const buttons = option.words.map((word) => {
     const button = make("button", { type: "button", className: "chip", textContent: word });
+    button.dataset.part = word;
     button.addEventListener("click", () => {
       const others = new Set([...chosen].filter((one) => one !== "face"));
       if (word !== "face" && !others.delete(word)) others.add(word);
@@ -180,6 +182,7 @@ function regions(option, id, say) {
     parts.append(button);
     return button;
   });
+  parts.append(pick);
   const show = (/** @type {any} */ value) => {
     chosen = new Set(String(value ?? "face").split("+"));
     for (const button of buttons) button.setAttribute("aria-pressed", String(chosen.has(button.textContent ?? "")));

@@ -8,6 +8,7 @@ import { Intake } from "./intake.js";
 import { Lighting } from "./lighting.js";
 import { Panel } from "./panel.js";
 import { ROLES } from "./pairs.js";
+import { picking } from "./picking.js";
 import { PointTools } from "./tools.js";
 import { Preview } from "./preview.js";
 import { share } from "./share.js";
@@ -206,6 +207,13 @@ async function start() {
   lighting.addEventListener("note", note);
   share(store, offer.options, () => names, say);
   const { viewer } = stage;
+  picking(viewer, $("pick"), (place) =>
+    attempt(null, async () => {
+      const { part } = await session.part(place);
+      if (part) /** @type {HTMLElement} */ (document.querySelector(`[data-part=${part}]`)).click();
+      else say("That is beside the face.");
+    }),
+  );
   viewer.file = () => ({ url: viewer.pictures.after?.src ?? "", name: `${(names.target || "photo").replace(/\.[^.]*$/, "")}-relit.jpg` });
   $("copy-picture").addEventListener("click", async () => say((await viewer.copy()) || "Copied the picture."));
 
