@@ -45,11 +45,20 @@ export class LightDesk extends EventTarget {
     this.#part("[data-from=photo]").setAttribute("aria-pressed", String(!lit));
     this.#part("[data-from=photo]").disabled = !hasReference;
     this.#part("[data-from=lamp]").setAttribute("aria-pressed", String(lit));
+    this.#part(".source").hidden = lit || !hasReference;
     this.#part("[data-do=add]").hidden = !lit || this.lamps.length >= MOST;
     this.#part(".note").textContent = lit
       ? "Drag a lamp on the ball. The wheel makes it larger, and its shadows softer."
       : "Drag the ball to carry the photo's light round the face.";
     this.#list();
+  }
+
+  /** The photo whose light it is. @param {Blob} picture @param {string} name */
+  source(picture, name) {
+    const image = this.#part(".source img");
+    URL.revokeObjectURL(image.src);
+    image.src = URL.createObjectURL(picture);
+    this.#part(".source figcaption").textContent = `The light of ${name || "the reference"}`;
   }
 
   /** What the server says of the light in use. @param {[number, number, number, string][]} lamps @param {number} fill */

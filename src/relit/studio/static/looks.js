@@ -18,6 +18,8 @@ export class Looks extends EventTarget {
     /** @type {Set<string>} those whose picture is of another face, or of none */
     this.old = new Set();
     this.run = new AbortController();
+    /** @type {string | null} */
+    this.chosen = null;
   }
 
   /** Show these, the starred first. @param {Look[]} looks */
@@ -51,6 +53,11 @@ export class Looks extends EventTarget {
   /** Which one is in use. @param {string | null} chosen */
   mark(chosen) {
     for (const [key, card] of this.cards) card.firstElementChild?.setAttribute("aria-pressed", String(key === chosen));
+    if (chosen === this.chosen) return;
+    this.chosen = chosen;
+    const card = this.cards.get(chosen ?? "");
+    // Along the strip alone: the page stays where it is.
+    if (card) this.root.scrollLeft = card.offsetLeft - this.root.offsetLeft - (this.root.clientWidth - card.clientWidth) / 2;
   }
 
   /** The look of a key from 1 to 9. @param {number} number */

@@ -83,6 +83,7 @@ async function start() {
     $("stage").classList.toggle("waiting", !able);
     if (!able && photos.target) say("The preview waits for photos and landmarks.");
     $("looks-box").hidden = !(photos.target && tools.usable("target"));
+    $("desk").hidden = !photos.target;
     lighting.show(Boolean(photos.reference));
   };
 
@@ -101,7 +102,7 @@ async function start() {
     const blob = await session.picture(role, SIDE);
     panels[role].show(blob, photo, names[role]);
     panels[role].problem(photo.message ?? "");
-    if (role !== "target") return;
+    if (role !== "target") return lighting.desk.source(blob, names.reference);
     stage.before(blob, photo);
     gallery.looks.look(stage.face);
   };
