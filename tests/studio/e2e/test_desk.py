@@ -189,6 +189,7 @@ def test_many_photos_become_a_film_strip_that_is_saved_together(visit, photos, t
     page.wait_for_selector(".stage.filled")
     settled(page)
     assert page.locator("#film li").count() == 3
+    page.click("#fit > summary")  # which nothing hides
     with page.expect_download() as download:
         page.click("#film [data-do=all]")
     with zipfile.ZipFile(download.value.path()) as packed:
