@@ -11,6 +11,19 @@ import numpy as np
 LARGE = 10_000_000
 
 
+def counted(monkeypatch, *steps):
+    """Return a list that the names of steps, each (module, name), are added to whenever they are taken."""
+    made = []
+
+    def count(module, name):
+        step = getattr(module, name)
+        monkeypatch.setattr(module, name, lambda *given: (made.append(name), step(*given))[1])
+
+    for module, name in steps:
+        count(module, name)
+    return made
+
+
 def picture(seed, shape=(16, 16)):
     return np.random.default_rng(seed).integers(0, 256, shape).astype(np.uint8)
 

@@ -17,21 +17,13 @@ from relit.photo.reading import read_image
 from relit.photo.resampling import reduced
 from relit.photo.samples import sample
 from relit.runtime.threads import pool
-from tests.batch.caches import LARGE, entries, equal, held, in_python, picture
+from tests.batch.caches import LARGE, counted, entries, equal, held, in_python, picture
 
 
 @pytest.fixture
 def calls(monkeypatch):
     """The splits and searches that are really made."""
-    made = []
-
-    def count(module, name):
-        step = getattr(module, name)
-        monkeypatch.setattr(module, name, lambda *given: (made.append(name), step(*given))[1])
-
-    count(ltv, "_large_scale")
-    count(detect, "_views")
-    return made
+    return counted(monkeypatch, (ltv, "_large_scale"), (detect, "_views"))
 
 
 @given(

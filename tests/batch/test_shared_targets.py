@@ -10,21 +10,13 @@ from relit.photo.reading import read_image
 from relit.photo.resampling import reduced
 from relit.photo.samples import sample
 from relit.relighting import transfer
-from tests.batch.caches import LARGE
+from tests.batch.caches import LARGE, counted
 
 
 @pytest.fixture
 def calls(monkeypatch):
     """The heads that are really drawn, and the skins that are really learned."""
-    made = []
-
-    def count(module, name):
-        step = getattr(module, name)
-        monkeypatch.setattr(module, name, lambda *given: (made.append(name), step(*given))[1])
-
-    count(head, "rasterize")
-    count(views, "skin_of")
-    return made
+    return counted(monkeypatch, (head, "rasterize"), (views, "skin_of"))
 
 
 @pytest.mark.slow

@@ -166,6 +166,35 @@ def test_two_settings_are_compared(alone):
         assert options(page)["strength"] == strength
 
 
+def test_two_settings_are_compared_on_whatever_photo_is_in_hand(alone, photos):
+    """Neither keeps the landmarks of the photo that it was made on."""
+    page = alone
+    page.click("#slot-b")
+    page.evaluate("document.querySelector('#fit').open = true")
+    page.set_input_files(".photo[data-role=target] .head input", photos[1])
+    settled(page)
+    placed = points(page, "target")
+    for slot in ("a", "b"):
+        page.click(f"#slot-{slot}")
+        settled(page)
+        np.testing.assert_array_equal(points(page, "target"), placed)
+
+
+def test_a_reference_that_was_taken_out_cannot_be_undone_to(alone, photos):
+    page = alone
+    drop(page, "#stage", photos[1])
+    settled(page)
+    page.locator("#looks li", has_text="Rim").locator(".look").click()
+    settled(page)
+    assert page.locator("#undo").is_enabled()
+    page.locator("#looks li", has_text=photos[1].name).get_by_label("Take").click()
+    settled(page)
+    assert page.locator("#undo").is_disabled()
+    page.click("[data-from=photo]")
+    settled(page)
+    assert options(page)["light"] is None, "and it stays in use, if it is"
+
+
 def test_lamps_are_added_coloured_and_taken_away(alone):
     page = alone
     page.click("#desk [data-do=add]")

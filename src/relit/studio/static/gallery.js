@@ -3,6 +3,7 @@
 
 import { ApiError, isAborted } from "./api.js";
 import { Looks } from "./looks.js";
+import { BESIDE } from "./strip.js";
 
 /**
  * @typedef {import("./api.js").Photo} Photo
@@ -32,6 +33,9 @@ export class Gallery extends EventTarget {
   async restore(names, starred) {
     this.looks.starred = new Set(starred);
     const held = await this.session.references();
+    // Left behind by an export that the page did not live to see the end of.
+    if (BESIDE in held) await this.session.removeReference(BESIDE);
+    delete held[BESIDE];
     this.names = Object.fromEntries(Object.keys(held).map((id) => [id, names[id] ?? id]));
     this.show();
   }
@@ -92,7 +96,7 @@ export class Gallery extends EventTarget {
     delete this.names[id];
     this.show();
     await this.session.removeReference(id);
-    this.dispatchEvent(new Event("star"));
+    this.dispatchEvent(new CustomEvent("gone", { detail: id }));
   }
 }
 

@@ -32,9 +32,7 @@ export class Lighting extends EventTarget {
       if (reference) this.dispatchEvent(new CustomEvent("reference", { detail: reference }));
       else this.#set({ ...CARRIED, light }, null);
     });
-    for (const source of [this.gallery.looks, this.gallery]) {
-      source.addEventListener("star", () => this.dispatchEvent(new Event("note")));
-    }
+    this.gallery.looks.addEventListener("star", () => this.dispatchEvent(new Event("note")));
     window.addEventListener("keydown", ({ target, key, ctrlKey, metaKey, altKey, defaultPrevented }) => {
       const typing = target instanceof HTMLSelectElement || target instanceof HTMLInputElement;
       if (!defaultPrevented && !typing && !ctrlKey && !metaKey && !altKey && /^[1-9]$/.test(key)) this.gallery.looks.pick(Number(key));

@@ -206,7 +206,13 @@ async function start() {
     });
   });
   lighting.addEventListener("note", note);
-  share(store, offer.options, () => names, say);
+  gallery.addEventListener("gone", (event) => {
+    // It stays in use, if it is; what was done with it before cannot be had back.
+    const { reference } = store.now;
+    store.reset({ reference: reference === /** @type {CustomEvent<string>} */ (event).detail ? "" : reference });
+    note();
+  });
+  share(store, offer.options, () => names, (id) => id in gallery.names, say);
   const { viewer } = stage;
   picking(viewer, $("pick"), (place) =>
     attempt(null, async () => {
@@ -297,7 +303,7 @@ async function start() {
     const { reference } = store.now;
     if (reference && reference !== gallery.inUse) {
       // Undone, or redone.
-      seated = seat(reference).then(() => {});
+      seated = attempt("reference", () => seat(reference).then(() => {}));
     }
     tools.show();
     refresh();

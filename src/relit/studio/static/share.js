@@ -18,13 +18,14 @@ async function copy(text, say) {
 }
 
 /**
- * @template {{options: Record<string, any>}} T
+ * @template {{options: Record<string, any>, reference: string, faces: import("./pairs.js").Faces}} T
  * @param {import("./state.js").Store<T>} store
  * @param {import("./api.js").Option[]} declared
  * @param {() => {target: string, reference: string}} names
+ * @param {(reference: string) => boolean} held whether a reference can be had again
  * @param {(text: string) => void} say
  */
-export function share(store, declared, names, say) {
+export function share(store, declared, names, held, say) {
   $("command").addEventListener("click", () =>
     copy(() => commandOf(store.now.options, declared, names(), $("format").value), say),
   );
@@ -35,16 +36,17 @@ export function share(store, declared, names, say) {
     store.set(/** @type {Partial<T>} */ ({ options: { ...store.now.options, ...options } }));
     return say(`Settings of ${file.name}.`);
   });
-  twoSettings(store, say);
+  twoSettings(store, held, say);
 }
 
 /**
- * A and B: each keeps what was set while it was chosen.
- * @template {{options: Record<string, any>}} T
- * @param {import("./state.js").Store<T>} store @param {(text: string) => void} say
+ * A and B: each keeps what was set while it was chosen, and not the photo that it is looked at on.
+ * @template {{options: Record<string, any>, reference: string, faces: import("./pairs.js").Faces}} T
+ * @param {import("./state.js").Store<T>} store @param {(reference: string) => boolean} held
+ * @param {(text: string) => void} say
  */
-function twoSettings(store, say) {
-  /** @type {Record<string, Partial<T>>} */
+function twoSettings(store, held, say) {
+  /** @type {Record<string, T>} */
   const kept = {};
   let chosen = "a";
   const show = () => {
@@ -53,12 +55,23 @@ function twoSettings(store, say) {
   for (const slot of ["a", "b"]) {
     $(`slot-${slot}`).addEventListener("click", () => {
       if (slot === chosen) return;
-      kept[chosen] = { ...store.now };
+      kept[chosen] = store.now;
       chosen = slot;
       show();
-      if (kept[slot]) store.set(kept[slot]);
+      if (kept[slot]) store.set(/** @type {Partial<T>} */ (ofSlot(store.now, kept[slot], held)));
       say(`Settings ${slot.toUpperCase()}.`);
     });
   }
   show();
+}
+
+/**
+ * What of other settings goes over: a reference with its landmarks if it can be had again, and never the target.
+ * @template {{options: Record<string, any>, reference: string, faces: import("./pairs.js").Faces}} T
+ * @param {T} now @param {T} other @param {(reference: string) => boolean} held
+ */
+function ofSlot(now, other, held) {
+  const { options, reference, faces } = other;
+  if (!held(reference) || reference === now.reference) return { options };
+  return { options, reference, faces: { ...now.faces, reference: faces.reference } };
 }

@@ -3,7 +3,8 @@
 
 import { zipped } from "./zip.js";
 
-const BESIDE = "film"; // where the server keeps the photo that is relit next
+/** Where the server keeps the photo of a film strip that is relit next. */
+export const BESIDE = "film";
 
 /** @typedef {{name: string, file: File, problem: string}} Frame */
 
