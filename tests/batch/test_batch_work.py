@@ -234,7 +234,7 @@ class TestFailures:
         def press_control_c(*_given, **_named):
             raise KeyboardInterrupt
 
-        monkeypatch.setattr(kinds, "write_image", press_control_c)
+        monkeypatch.setattr(kinds, "write_results", press_control_c)
         before = listing(place)
         with pytest.raises(KeyboardInterrupt):
             do(job(), Plan("transfer", "out"))
