@@ -103,6 +103,7 @@ BROKEN = {
         (OPENFACE.replace("70.5", "?"), r"line 2, column x_1: expected a number, found '\?'"),
         (OPENFACE.replace("0.98", "?"), r"line 2, column confidence: expected a number, found '\?'"),
         (OPENFACE.splitlines()[0], "holds no face"),
+        ("x_0,y_0\n" + "1,2\n" * 16_001, "holds 16001 faces, more than 16000; split it into several files"),
     ],
     ".xml": [
         (XML[:-20], r"is not valid XML \(.*\); is the file complete"),

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 # Enough digits to add and subtract 1 without rounding, whatever the number: a .pts file counts pixels from 1.
 _EXACT = Context(prec=1100)
 
+#: Rows of a table of faces: a file of 4 MiB holds fewer of 68 points, whose commas alone take 272 bytes.
+_MOST_FACES = 16_000
+
 _Row = tuple[int, list[str]]  # the number of its line, and its cells
 
 
@@ -168,6 +171,8 @@ def _openface(names: list[str], columns: dict[str, int], rows: list[_Row]) -> li
         raise LandmarkError(
             f"OpenFace's column {missing[0]} is missing; let it write its 2-D landmarks again"
         )
+    if len(rows) > _MOST_FACES:
+        raise LandmarkError(f"holds {len(rows)} faces, more than {_MOST_FACES}; split it into several files")
     return [
         Face(
             [[_cell(row, x, columns), _cell(row, y, columns)] for x, y in pairs],
