@@ -15,8 +15,9 @@ from relit import studio
 from relit.photo.reading import read_image
 from relit.photo.samples import copy_samples
 from relit.relighting import transfer
-from relit.studio.app import MOST_BYTES, MOST_PIXELS, create_app
+from relit.studio.app import create_app
 from relit.studio.intake import SMALL_BYTES
+from relit.studio.limits import Limits
 from relit.studio.sessions import EXPIRES
 from tests.served import served
 
@@ -87,9 +88,9 @@ def test_the_failure_shown_is_the_one_made(client):
 def test_limits_are_the_servers():
     text = " ".join(TEXT.split())
     for said in (
-        f"at most {MOST_BYTES / 1e6:.0f} MB and {MOST_PIXELS / 1e6:.0f} million px",
+        f"at most {Limits.bytes / 1e6:.0f} MB and {Limits.pixels / 1e6:.0f} million px",
         f"any other body {SMALL_BYTES / 1e6} MB",
-        f"at most {2 * MOST_BYTES / 1e6:.0f} MB over all clients",
+        f"at most {2 * Limits.bytes / 1e6:.0f} MB over all clients",
         f"idle for {EXPIRES} s",
         f"holds the server to {BOUND} MB",
     ):

@@ -23,6 +23,7 @@ from relit.settings.options import TransferOptions
 from relit.settings_file import as_points
 from relit.studio import models
 from relit.studio.lights import light_headers
+from relit.studio.limits import Limits
 from relit.studio.pictures import (
     THUMBNAIL,
     exported,
@@ -71,12 +72,12 @@ of_session = APIRouter(prefix="/api/v1/sessions/{session}", responses=described(
 @api.get("/options")
 def options(request: Request) -> models.Offer:
     """Describe every option of a transfer."""
-    state = request.app.state
+    limits: Limits = request.app.state.limits
     return models.Offer(
         options=models.OPTIONS,
         landmark_formats=list(LANDMARK_FORMATS),
         lights=models.LIGHTS,
-        limits=models.Limits(bytes=state.most_bytes, pixels=state.most_pixels),
+        limits=models.Limits(bytes=limits.bytes, pixels=limits.pixels),
         version=VERSION,
     )
 
@@ -107,7 +108,7 @@ def samples(request: Request, store: Store, session: ThisSession) -> models.Pair
     """Load the two sample photos."""
     for role in ROLES:
         data = io.BytesIO(sample(role).read_bytes())
-        store.keep(session, role, find_face(data, role, request.app.state.most_pixels))
+        store.keep(session, role, find_face(data, role, request.app.state.limits.pixels))
     store.keep_in_gallery(session, "sample", session.portrait("reference"))
     return models.Pair.of(session.portraits)
 
@@ -127,7 +128,7 @@ async def posted(request: Request, find: Callable[[io.BytesIO, str, int], Portra
         async for part in request.stream():
             data.write(part)
         data.seek(0)
-        return await run_in_threadpool(find, data, role, request.app.state.most_pixels)
+        return await run_in_threadpool(find, data, role, request.app.state.limits.pixels)
 
 
 def find_face(data: io.BytesIO, role: str, most_pixels: int) -> Portrait:

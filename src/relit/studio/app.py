@@ -18,11 +18,8 @@ from relit.studio.failures import answer_failures
 from relit.studio.gallery import gallery
 from relit.studio.guard import Guard
 from relit.studio.intake import Intake
+from relit.studio.limits import Limits
 from relit.studio.sessions import Sessions
-
-#: What an upload may hold, at most.
-MOST_BYTES = 200_000_000
-MOST_PIXELS = 100_000_000
 
 #: Names by which a browser on this machine calls it.
 LOCAL = ("127.0.0.1", "localhost", "::1")
@@ -32,8 +29,7 @@ def create_app(
     *,
     hosts: Sequence[str] = LOCAL,
     page: bool = True,
-    most_bytes: int = MOST_BYTES,
-    most_pixels: int = MOST_PIXELS,
+    limits: Limits = Limits(),
     sessions: Sessions | None = None,
 ) -> ASGIApp:
     """Return the application.
@@ -44,8 +40,8 @@ def create_app(
         Names, without a port, that it may be called by.
     page : bool
         Whether it shows the page, or is the API alone.
-    most_bytes, most_pixels : int
-        What an upload may hold.
+    limits : Limits
+        What its clients may take.
     sessions : Sessions, optional
         Where photos are kept; by default a new store.
 
@@ -62,8 +58,8 @@ def create_app(
         openapi_url="/api/v1/openapi.json",
         generate_unique_id_function=lambda route: route.name,
     )
-    app.state.sessions = Sessions() if sessions is None else sessions
-    app.state.most_bytes, app.state.most_pixels = most_bytes, most_pixels
+    app.state.sessions = Sessions(limits.sessions, limits.memory) if sessions is None else sessions
+    app.state.limits = limits
     app.include_router(api.api)
     app.include_router(api.of_session)
     app.include_router(gallery)
@@ -76,7 +72,7 @@ def create_app(
         def index() -> FileResponse:
             return FileResponse(f"{static}/index.html", media_type="text/html")
 
-    return Guard(Intake(app, most_bytes), hosts)
+    return Guard(Intake(app, limits.bytes), hosts)
 
 
 class Server(uvicorn.Server):

@@ -1,0 +1,42 @@
+"""What a server lets its clients take: the limits, all of which `relit serve` has options for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a server lets its clients take.
+
+    Attributes
+    ----------
+    bytes, pixels : int
+        Of one photo that is sent.
+    memory : int
+        Bytes that photos and previews of all sessions may hold, and, apart from these, what all computations
+        at once may take.
+    sessions, sessions_per_client : int
+        How many there may be.
+    workers : int
+        Computations at once.
+    queue, queue_per_session : int
+        Computations that may wait, over all sessions and of each.
+    connections : int
+        Connections at once, over all clients.
+    header_seconds, body_seconds, compute_seconds : float
+        How long the head of a request, its body, and the answer to it may take.
+    """
+
+    bytes: int = 200_000_000
+    pixels: int = 100_000_000
+    memory: int = 2_000_000_000
+    sessions: int = 64
+    sessions_per_client: int = 16
+    workers: int = 2
+    queue: int = 32
+    queue_per_session: int = 4
+    connections: int = 256
+    header_seconds: float = 10
+    body_seconds: float = 120
+    compute_seconds: float = 120
