@@ -25,6 +25,7 @@ def faces(yaleb, portraits):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [pytest.param(name, marks=LONG.get(name, ())) for name in FIGURES])
+@pytest.mark.rotating
 def test_figures_are_drawn(name, faces, monkeypatch):
     # The average itself is held to the truth in test_yaleb; a part of it is drawn like the whole.
     monkeypatch.setattr(average, "EVERY", 24)

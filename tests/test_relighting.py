@@ -136,6 +136,7 @@ def test_a_colour_target_keeps_its_colour_under_a_grey_reference(target, referen
 
 
 @pytest.mark.slow
+@pytest.mark.rotating
 def test_extremes_give_no_nan_and_stay_in_range(face):
     black, white = np.zeros((160, 160), np.uint8), np.full((160, 160), 255, np.uint8)
     speckled = np.where(np.random.default_rng(0).random((160, 160)) < 0.5, black, white)

@@ -83,6 +83,7 @@ MOMENTS = {
 class TestSignals:
     @pytest.mark.parametrize("moment", MOMENTS)
     @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+    @pytest.mark.rotating
     def test_at_a_moment(self, place, moment, number):
         module, function = MOMENTS[moment]
         before = names(place)
@@ -129,6 +130,7 @@ class TestFullDisk:
             ("evaluate cases.csv --figure out.png --jobs 1", 1000, set()),
         ],
     )
+    @pytest.mark.rotating
     def test_our_error_and_no_file(self, place, command, size, left):
         before = names(place)
         with start(FULL.format(size=size), command, place) as child:
@@ -153,6 +155,7 @@ class TestFullDisk:
                 picture.load()
         assert not [name for name in names(place) if name.endswith(".tmp")]
 
+    @pytest.mark.rotating
     def test_what_is_compiled_has_no_place(self, place):
         """The cache of compiled functions is a convenience: without it, the transfer takes longer."""
         environment = {**os.environ, "NUMBA_CACHE_DIR": str(place / "cache")}

@@ -81,6 +81,7 @@ CASES = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
+@pytest.mark.rotating
 def test_it_is_found_and_relit(name, sitter, light):
     photo = np.asarray(as_met(name, *sitter))
     (found,) = detect_faces(photo)

@@ -127,6 +127,7 @@ def test_an_isotropic_split_that_did_not_converge_is_told(monkeypatch):
 
 
 @pytest.mark.slow
+@pytest.mark.rotating
 def test_people_are_recognised_on_v_and_not_on_the_pixels(yaleb):
     """Nearest neighbour by mean absolute difference, from one frontal image per person; 10 people."""
     yale = YaleB(yaleb)

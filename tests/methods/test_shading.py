@@ -278,6 +278,7 @@ class TestPhotos:
         warmth = (red - blue)[face & left].mean() - (red - blue)[face & ~left].mean()
         assert 0.1 < warmth < 2 * 2.2 * np.log(255 / 96)
 
+    @pytest.mark.rotating
     def test_a_coloured_lamp_colours_the_face_as_far_as_tint_lets_it(self, photo):
         def warmth(tint):
             result = transfer(photo, light="0,0:color=#ffb080", fill=0.0, tint=tint)
@@ -326,6 +327,7 @@ class TestPhotos:
         spread = [self.halves(photo, light="-75,5", fill=fill)[2] for fill in (0.0, 0.4, 1.0)]
         assert spread[0] > spread[1] > spread[2]
 
+    @pytest.mark.rotating
     def test_of_a_reference_light_is_made_even(self, photo):
         side = transfer(photo, light="-75,5").image
         sides = []

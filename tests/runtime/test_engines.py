@@ -123,6 +123,7 @@ class TestLoss:
         assert "memory" in str(lost)
         assert "terminated" in str(lost.__cause__)
 
+    @pytest.mark.rotating
     def test_of_one_after_the_other(self):
         with engine("local", 2) as lent:
             tasks = [(die,) if number % 4 == 1 else (square, number) for number in range(12)]
@@ -166,6 +167,7 @@ class TestWork:
         assert turns[-1] == [((2.5,), None)]
 
     @pytest.mark.parametrize("name", PROCESSES)
+    @pytest.mark.rotating
     def test_is_given_up_where_the_block_fails(self, name):
         start = time.monotonic()
 
@@ -224,6 +226,7 @@ class TestSignals:
             child.kill()
 
     @pytest.mark.parametrize("delay", [0.3, 0.8, None])
+    @pytest.mark.rotating
     def test_ctrl_c_is_heard_by_this_process_alone(self, child, delay):
         """While the workers start, or at work: as in a terminal, all of them get it."""
         if delay is None:

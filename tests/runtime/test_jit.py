@@ -25,6 +25,7 @@ def run(tmp_path, code, **environment):
 
 
 @pytest.mark.slow
+@pytest.mark.rotating
 def test_first_use_of_a_solver_is_announced_on_a_terminal_once(tmp_path):
     picture = tmp_path / "eye.png"
     relit.write_image(picture, np.eye(9, dtype=np.uint8))
@@ -73,6 +74,7 @@ def test_our_own_method_brings_neither_compiler_nor_scipy_along():
 
 
 @pytest.mark.slow
+@pytest.mark.rotating
 def test_nowhere_to_keep_the_compiled_functions_is_no_failure(tmp_path):
     shutil.copytree(
         Path(relit.__file__).parent, tmp_path / "relit", ignore=shutil.ignore_patterns("__pycache__")

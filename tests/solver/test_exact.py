@@ -135,6 +135,7 @@ def test_result_is_the_smallest_of_all_minimisers(neighborhood, f, lam):
 
 
 @pytest.mark.slow
+@pytest.mark.rotating
 def test_ten_thousand_random_images_give_their_smallest_minimiser():
     random = np.random.default_rng(3)
     shapes = [(2, 3), (3, 2), (1, 6), (6, 1), (2, 2), (1, 5)]

@@ -191,6 +191,7 @@ class TestRendering:
             (".exr", ".layers.exr"),
         ],
     )
+    @pytest.mark.rotating
     def test_the_command_line_makes_the_same_bytes_of_what_is_exported(
         self, client, place, asked, suffix, tmp_path, monkeypatch
     ):

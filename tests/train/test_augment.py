@@ -27,6 +27,7 @@ NO_FACE = np.full((40, 40, 3), 90, np.uint8)
     ],
 )
 @pytest.mark.parametrize("grey", [False, True])
+@pytest.mark.rotating
 def test_a_call_is_the_transfer_that_draw_tells_of(image, marks, reference, grey, changes):
     target = from_unit(luma(to_unit(image)), np.uint8) if grey else image
     lightness = from_unit(luma(to_unit(reference)), np.uint8) if grey else reference

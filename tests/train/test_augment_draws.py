@@ -113,6 +113,7 @@ def test_lamps_may_be_given_by_their_angles():
 
 
 @pytest.mark.parametrize("again", [copy.deepcopy, lambda augment: pickle.loads(pickle.dumps(augment))])
+@pytest.mark.rotating
 def test_a_copy_goes_on_where_the_original_was(image, marks, folder, again):
     augment = RelightAugment([folder / "second.png", image], lights="random", p=0.8, seed=5)
     augment.set_epoch(2)

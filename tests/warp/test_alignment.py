@@ -78,6 +78,7 @@ def test_smoothing_rises_until_nothing_folds(face_points):
 
 
 @pytest.mark.slow
+@pytest.mark.rotating
 def test_folds_in_a_small_face_on_a_large_photo_are_seen():
     grid = np.stack(np.meshgrid(np.arange(5), np.arange(5)), axis=-1).reshape(-1, 2) * 12.0 + 1500
     swapped = grid.copy()
@@ -111,6 +112,7 @@ def test_anchors_keep_their_distance_from_a_face_at_the_frame(face_points):
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="BLAS has one thread there")
+@pytest.mark.rotating
 def test_the_map_does_not_depend_on_the_threads_of_blas():
     code = """
 import hashlib, numpy as np

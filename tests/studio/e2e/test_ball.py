@@ -5,7 +5,7 @@ import pytest
 
 from tests.studio.e2e.page import drag, drawn, touch, until
 
-pytestmark = [pytest.mark.e2e, pytest.mark.slow]
+pytestmark = [pytest.mark.e2e, pytest.mark.slow, pytest.mark.rotating]
 
 SIDE, MARGIN = 200, 10
 RADIUS = (SIDE / 2 - MARGIN) / np.sqrt(2)

@@ -15,7 +15,7 @@ from relit.photo.reading import read_image
 from relit.settings_file import from_json
 from tests.studio.e2e.page import api, drag, drop, on_screen, points, quiet, settled, touch, until
 
-pytestmark = [pytest.mark.e2e, pytest.mark.slow]
+pytestmark = [pytest.mark.e2e, pytest.mark.slow, pytest.mark.rotating]
 
 RESULT = "#viewer .main .after img"
 

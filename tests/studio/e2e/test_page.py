@@ -11,7 +11,7 @@ from PIL import Image
 from relit.face.detect import detect_landmarks
 from tests.studio.e2e.page import api, drop, points, quiet, settled
 
-pytestmark = [pytest.mark.e2e, pytest.mark.slow]
+pytestmark = [pytest.mark.e2e, pytest.mark.slow, pytest.mark.rotating]
 
 #: The pixels of the result that is shown, or of one that is asked for.
 PIXELS = """async (request) => {

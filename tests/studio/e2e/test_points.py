@@ -10,7 +10,7 @@ from relit.face.landmark_files import read_landmarks, write_landmarks
 from relit.face.landmarks import Landmarks
 from tests.studio.e2e.page import api, drag, on_screen, points, quiet, settled, touch
 
-pytestmark = [pytest.mark.e2e, pytest.mark.slow]
+pytestmark = [pytest.mark.e2e, pytest.mark.slow, pytest.mark.rotating]
 
 #: Rows of the mesh that are about where the 68 points of iBUG are.
 # fmt: off

@@ -9,7 +9,7 @@ from PIL import Image
 
 from tests.studio.e2e.page import drag, drawn, touch, until
 
-pytestmark = [pytest.mark.e2e, pytest.mark.slow]
+pytestmark = [pytest.mark.e2e, pytest.mark.slow, pytest.mark.rotating]
 
 WIDTH, HEIGHT = 1200, 900  # px of the photo
 
