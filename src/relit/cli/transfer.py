@@ -194,7 +194,8 @@ def transfer(
 
             write_image(sheet, comparison_sheet(result), overwrite=force)
         written = folder.save(pictures) if folder else []
-    warn_of_losses(output, not_kept_of(output, photo))
+    lost = not_kept_of(output, photo)
+    warn_of_losses(output, lost)
     triples = zip(theirs, others, there, strict=True)
     described = [about(source.path, other, face) for source, other, face in triples]
     of_target = [about(ours.path, photo, face) for face in faces]
@@ -216,6 +217,7 @@ def transfer(
         factor=result.view.factor,
         folded=folded,
         confidence=result.confidence,
+        not_kept=[*lost],
         smoothing=result.first.alignment.smoothing if result.first.alignment else None,
         seconds=watch.seconds,
         options=asdict(settings),
