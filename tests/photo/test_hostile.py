@@ -130,6 +130,10 @@ CHUNKS = st.sampled_from(
         b"pHYs",
         b"acTL",
         b"gAMA",
+        b"cHRM",
+        b"cICP",
+        b"tEXt",
+        b"zTXt",
         b"sBIT",
     ]
 )
@@ -137,6 +141,10 @@ CONTENTS = (
     st.binary(max_size=40)
     | st.binary(max_size=200).map(zlib.compress)
     | st.binary(max_size=40).map(lambda text: b"XML:com.adobe.xmp\0\1\0\0\0" + zlib.compress(text))
+    | st.binary(max_size=40).map(lambda text: b"Author\0\0" + zlib.compress(text))
+    | st.binary(max_size=40).map(lambda data: b"Raw profile type exif\0\n\n9\n" + data.hex().encode())
+    | st.binary(min_size=32, max_size=32)
+    | st.binary(min_size=4, max_size=4)
     | st.binary(max_size=40).map(lambda profile: b"x\0\0" + zlib.compress(profile))
     | st.binary(max_size=40).map(lambda block: b"II*\0\x08\0\0\0" + block)
 )

@@ -144,6 +144,11 @@ def not_kept(
     tuple of str
         Empty where all is kept.
 
+    Raises
+    ------
+    OutputError
+        If the format is not known.
+
     Examples
     --------
     >>> from relit.photo.photo import Metadata

@@ -36,7 +36,7 @@ def split(block: bytes) -> tuple[bytes | None, bytes | None]:
     iptc, others = None, []
     for found in _resources(block):
         if found.number == _IPTC:
-            iptc = iptc or found.data
+            iptc = iptc or iptc_of(found.data)
         elif found.number not in _LEFT_OUT:
             others.append(found.whole)
     return iptc, b"".join(others) or None
@@ -47,12 +47,15 @@ def joined(iptc: bytes | None, others: bytes | None) -> bytes:
     return (resource(_IPTC, iptc) if iptc else b"") + (others or b"")
 
 
-def unpadded(iptc: bytes) -> bytes:
-    """Return IPTC without zeros behind its datasets, which a TIFF fills up to whole numbers of four bytes.
+def iptc_of(data: bytes) -> bytes | None:
+    """Return the IPTC in some data; None where there is none.
 
-    The layout is that of IPTC's "Information Interchange Model", 1.6.
+    Zeros behind are no part of it: a TIFF fills it up to whole numbers of four bytes. The layout is that of
+    IPTC's "Information Interchange Model", 1.6.
     """
-    at = 0
+    if data[:1] != b"\x1c":
+        return None
+    at, iptc = 0, data
     for _ in range(_MOST):
         if iptc[at : at + 1] != b"\x1c" or at + 5 > len(iptc):
             break
@@ -61,6 +64,8 @@ def unpadded(iptc: bytes) -> bytes:
             wide, start = length & 0x7FFF, start + (length & 0x7FFF)
             length = int.from_bytes(iptc[start - wide : start]) if wide <= 4 else len(iptc)
         at = start + length
+    if not at:
+        return None
     return iptc if iptc[at:].strip(b"\0") else iptc[:at]
 
 

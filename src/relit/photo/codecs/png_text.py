@@ -10,7 +10,8 @@ import struct
 import zlib
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from itertools import starmap
+from typing import TYPE_CHECKING, NamedTuple
 
 from relit.photo.codecs import photoshop
 from relit.photo.codecs.metadata import EXIF_PREFIX
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 _LARGEST = 1 << 24  # bytes of XMP; and of all other texts, unpacked
 _MOST = 1000  # ten times as many as ImageMagick writes
-_LONGEST_KEYWORD = 79
+_LONGEST_KEYWORD, _LONGEST_WORDS = 79, 2000
 _XMP = "XML:com.adobe.xmp"
 _XMP_PREFIX = b"http://ns.adobe.com/xap/1.0/\0"
 _RAW = "Raw profile type "
@@ -44,46 +45,70 @@ class Texts:
         """IPTC, and Photoshop's other resources."""
         iptc, others = photoshop.split(self.raw.get("8bim", b""))
         found = self.raw.get("iptc", b"")  # either IPTC alone, or in a resource
-        alone, _ = photoshop.split(found)
-        return iptc or alone or (found if found[:1] == b"\x1c" else None), others
+        return iptc or photoshop.iptc_of(found) or photoshop.split(found)[0], others
+
+
+class _Chunk(NamedTuple):
+    """A chunk of text, not yet unpacked."""
+
+    keyword: str
+    body: memoryview
+    packed: bool
+    encoding: str
+    language: bytes = b""
+    translated: bytes = b""
+
+    def content(self, most: int) -> tuple[bytes | None, int]:
+        """Return what it says, None where that is damaged or more than so much, and how much there was."""
+        if self.packed:
+            return _unpacked(self.body, most)
+        size = len(self.body)
+        return (bytes(self.body), size) if size <= most else (None, 0)
 
 
 def read_texts(chunks: Iterable[tuple[bytes, memoryview]]) -> Texts:
     """Read chunks of the kinds tEXt, zTXt and iTXt; what is damaged or too much is left out."""
-    found, left = Texts(), _LARGEST
-    for count, (kind, content) in enumerate(chunks):
-        head, gap, rest = bytes(content[: _LONGEST_KEYWORD + 1]).partition(b"\0")
-        keyword, body = head.decode("latin-1"), content[len(head) + 1 :]
-        is_xmp = keyword == _XMP and kind == b"iTXt"
-        if not head or not gap or (is_xmp and found.xmp) or (not is_xmp and (left <= 0 or count >= _MOST)):
+    found, left, count = Texts(), _LARGEST, 0
+    met_xmp = False
+    for chunk in filter(None, starmap(_opened, chunks)):
+        if chunk.keyword == _XMP and chunk.encoding == "utf-8":
+            if not met_xmp:  # the first counts, whatever it holds
+                found.xmp, _ = chunk.content(_LARGEST)
+                met_xmp = True
             continue
-        language = translated = b""
-        packed = kind == b"zTXt"
-        if packed:
-            body = body[1:]
-        elif kind == b"iTXt":
-            packed = bytes(body[:1]) == b"\1"
-            # A language and a keyword are short; what is not is no text.
-            language, _, rest = bytes(body[2:2000]).partition(b"\0")
-            translated, gap, _ = rest.partition(b"\0")
-            if not gap:
-                continue
-            body = body[4 + len(language) + len(translated) :]
-        room = _LARGEST if is_xmp else left
-        text, size = _unpacked(body, room) if packed else (bytes(body[:room]), len(body))
-        left -= 0 if is_xmp else size
-        if text is None or size > room:
+        count += 1
+        if count > _MOST or left <= 0:
             continue
-        if is_xmp:
-            found.xmp = text
-        elif keyword.startswith(_RAW):
-            _add_raw(found.raw, keyword.removeprefix(_RAW).lower(), text)
+        text, size = chunk.content(left)
+        left -= size
+        if text is None:
+            continue
+        if chunk.keyword.startswith(_RAW):
+            _add_raw(found.raw, chunk.keyword.removeprefix(_RAW).lower(), text)
         elif b"\0" not in text:
-            encoding = "utf-8" if kind == b"iTXt" else "latin-1"
-            words = (text, language, translated)
-            told, *others = (word.decode(encoding, "replace") for word in words)
-            found.text.append(Text(keyword, told, *others))
+            words = (text, chunk.language, chunk.translated)
+            found.text.append(
+                Text(chunk.keyword, *(word.decode(chunk.encoding, "replace") for word in words))
+            )
     return found
+
+
+def _opened(kind: bytes, content: memoryview) -> _Chunk | None:
+    """Return the parts of a chunk of text; None where it is none."""
+    head, gap, _ = bytes(content[: _LONGEST_KEYWORD + 1]).partition(b"\0")
+    keyword, body = head.decode("latin-1"), content[len(head) + 1 :]
+    if not gap or not keyword or not keyword.isprintable():
+        return None
+    if kind != b"iTXt":
+        packed = kind == b"zTXt"
+        return _Chunk(keyword, body[packed:], packed, "latin-1")
+    # A language and a keyword are short; what is not is no text.
+    language, _, rest = bytes(body[2:_LONGEST_WORDS]).partition(b"\0")
+    translated, gap, _ = rest.partition(b"\0")
+    if not gap:
+        return None
+    text = body[4 + len(language) + len(translated) :]
+    return _Chunk(keyword, text, bytes(body[:1]) == b"\1", "utf-8", language, translated)
 
 
 def inflate(data: bytes | memoryview) -> bytes | None:

@@ -20,7 +20,7 @@ from PIL.TiffImagePlugin import ImageFileDirectory_v2
 from relit.errors import ImageError
 from relit.photo.codecs.geotiff import add_geo, read_geo
 from relit.photo.codecs.metadata import resolution
-from relit.photo.codecs.photoshop import split, unpadded
+from relit.photo.codecs.photoshop import iptc_of, split
 from relit.photo.codecs.pillow import quiet_pillow
 from relit.photo.photo import Metadata, Photo
 from relit.photo.pixels import divide_by_alpha, full_of, to_depth
@@ -148,9 +148,9 @@ def _check_page(page: Any, check_size: CheckSize) -> None:
 def _metadata(stream: BinaryIO, page: Any) -> Metadata:
     exif = _read_exif(stream, page.tags.valueof(Base.Orientation, default=1))
     iptc, photoshop = split(_bytes(page, _PHOTOSHOP) or b"")
-    alone = unpadded(_bytes(page, _IPTC) or b"")
+    alone = iptc_of(_bytes(page, _IPTC) or b"")
     # ImageMagick cuts the one that stands alone to a quarter.
-    iptc = iptc if iptc and iptc.startswith(alone) else alone or None
+    iptc = iptc if iptc and iptc.startswith(alone or b"") else alone
     left_out = ("Photoshop's layers",) if _PHOTOSHOP_LAYERS in page.tags else ()
     xmp = _bytes(page, Base.XMLPacket)
     return Metadata(exif, xmp, iptc=iptc, photoshop=photoshop, left_out=left_out)
