@@ -193,6 +193,16 @@ class TestByOthers:
         assert {name: after.get(name) for name in self.TOLD} == {name: before[name] for name in self.TOLD}
         assert not {name for name in after if name.endswith((":Error", ":Warning"))}
 
+    def test_camera_raw(self, tmp_path):
+        pytest.importorskip("rawpy")
+        from tests.photo.test_photo_extras import dng, scene
+
+        (tmp_path / "a.dng").write_bytes(dng(scene()))
+        path = changed(tmp_path / "a.dng", "-IPTC:By-line=Ann", "-XMP-dc:Creator=Ann", "-EXIF:Artist=Ann")
+        write_image(tmp_path / "b.jpg", read_image(path))
+        found = exiftool(tmp_path / "b.jpg")
+        assert {found["IPTC:By-line"], found["XMP-dc:Creator"], found["IFD0:Artist"]} == {"Ann"}
+
     def test_texts_of_a_png(self, tmp_path):
         Image.fromarray(sample(np.uint8)).save(tmp_path / "a.png")
         words = ["Author=Zoë", "Copyright=me", "Title=Τίτλος", "Comment=" + "c" * 3000, "Disclaimer=none"]

@@ -139,7 +139,13 @@ class TestTakenForSrgb:
         ],
     )
     def test_it_is(self, before, pixels):
-        assert read(png(pixels, before=before)).profile is None
+        photo = read(png(pixels, before=before))
+        assert photo.profile is None
+        data = written(photo, "PNG")
+        assert b"sRGB\0" in data
+        assert read(data).metadata == photo.metadata
+        assert b"sRGB" not in written(read(png(pixels)), "PNG"), "nobody said so"
+        assert read(written(photo, "TIFF")).profile is None
 
     def test_what_imagemagick_writes(self, tmp_path, pixels):
         (tmp_path / "a.png").write_bytes(png(pixels))

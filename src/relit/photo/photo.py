@@ -46,6 +46,8 @@ class Metadata:
         Texts of a PNG.
     geo : tuple of (int, bytes or tuple of numbers)
         Tags of GeoTIFF and their values, which hold for these pixels as they lie.
+    names_srgb : bool
+        Whether a PNG says that its colours are sRGB, in whatever way; others are so without a word.
     left_out : tuple of str
         What else the file told that does not travel, in words.
     """
@@ -58,6 +60,7 @@ class Metadata:
     comments: tuple[bytes, ...] = ()
     text: tuple[Text, ...] = ()
     geo: tuple[tuple[int, bytes | tuple[float, ...]], ...] = ()
+    names_srgb: bool = False
     left_out: tuple[str, ...] = ()
 
 

@@ -75,7 +75,8 @@ READ_ONLY: dict[str, Readable] = {
 FORMATS: dict[str, Format] = {
     "JPEG": Format(decode_jpeg, _JPEG, (".jpg", ".jpeg"), encode_jpeg, np.uint8, alpha=False, longest=65500,
                    holds=(*OF_PHOTOSHOP, "comments"), segments=True),
-    "PNG": Format(decode_png, _PNG, (".png",), encode_png, np.uint16, holds=(*OF_PHOTOSHOP, "text")),
+    "PNG": Format(decode_png, _PNG, (".png",), encode_png, np.uint16,
+                  holds=(*OF_PHOTOSHOP, "text", "names_srgb")),
     "TIFF": Format(decode_tiff, _TIFF, (".tif", ".tiff"), encode_tiff, np.float32,
                    holds=(*OF_PHOTOSHOP, "geo")),
     "WEBP": Format(decode_webp, rb"RIFF....WEBP", (".webp",), encode_webp, np.uint8,

@@ -24,6 +24,7 @@ _NAMES = {
     "photoshop": "Photoshop's resources",
     "geo": "GeoTIFF",
 }
+_UNNAMED = ("left_out", "names_srgb")  # what is said already, and what all formats mean without a word
 #: Keywords of PNG (11.3.3.2 of its specification) and the tags of EXIF and TIFF that mean the same. A comment
 #: is a description there, as ImageMagick has it.
 _TAGS = {
@@ -53,7 +54,7 @@ def fitted(
     segments : bool, optional
         Whether EXIF, XMP and comments must fit a JPEG's segments.
     """
-    lost, gone = [*metadata.left_out], ["left_out"]
+    lost, gone = [*metadata.left_out], [name for name in _UNNAMED if name not in holds]
     for name, most in _SEGMENTS.items() if segments else ():
         if len(getattr(metadata, name) or b"") > most:
             lost.append(f"{_NAMES[name]} of more than {most} bytes")

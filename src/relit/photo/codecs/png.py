@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 _SIGNATURE_AND_HEADER = 33
 _METRES_PER_INCH = 0.0254
 _PICTURE = {b"PLTE", b"tRNS", b"IDAT", b"IEND"}
-_KNOWN = {b"acTL", b"tRNS", b"eXIf", b"pHYs", b"cICP", b"iCCP", b"sRGB", b"gAMA", b"cHRM"}
+_COLOURS = {b"cICP", b"sRGB", b"gAMA", b"cHRM"}
+_KNOWN = {b"acTL", b"tRNS", b"eXIf", b"pHYs", b"iCCP", *_COLOURS}
 _MOST_TEXTS = 10_000  # far more than any photo has; damage may make millions
 _TEXTS = {b"tEXt", b"zTXt", b"iTXt"}
 
@@ -48,6 +49,7 @@ def decode_png(stream: BinaryIO, check_size: CheckSize) -> Photo:
         iptc=iptc,
         photoshop=photoshop,
         text=tuple(told.text),
+        names_srgb=profile is None and not _COLOURS.isdisjoint(found),
     )
     data = b"".join(parts)
     parts.clear()
@@ -71,6 +73,8 @@ def encode_png(photo: Photo) -> bytes:
     metadata, chunks = photo.metadata, write_texts(photo.metadata)
     if photo.profile:
         chunks.append((b"iCCP", b"ICC profile\0\0" + zlib.compress(photo.profile)))
+    elif metadata.names_srgb:
+        chunks.append((b"sRGB", b"\0"))
     if metadata.dpi:
         counts = [round(dots / _METRES_PER_INCH) for dots in metadata.dpi]
         chunks.append((b"pHYs", struct.pack(">IIB", *counts, 1)))

@@ -86,10 +86,9 @@ def read_texts(chunks: Iterable[tuple[bytes, memoryview]]) -> Texts:
         if chunk.keyword.startswith(_RAW):
             _add_raw(found.raw, chunk.keyword.removeprefix(_RAW).lower(), text)
         elif b"\0" not in text:
-            words = (text, chunk.language, chunk.translated)
-            found.text.append(
-                Text(chunk.keyword, *(word.decode(chunk.encoding, "replace") for word in words))
-            )
+            parts = (text, chunk.language, chunk.translated)
+            words = [part.decode(chunk.encoding, "replace") for part in parts]
+            found.text.append(Text(chunk.keyword, *words))
     return found
 
 
