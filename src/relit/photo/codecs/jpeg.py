@@ -33,8 +33,8 @@ _MOST_COMMENTS = 1000  # damage may make half a million
 #: What a JPEG may tell beside what is kept: XMP that did not fit one segment, and signed statements on where
 #: a photo is from, which do not hold of a photo that was changed.
 _LEFT_OUT = {
-    re.compile(r"APP1 \(http://ns.adobe.com/xmp/extension/"): "extended XMP",
-    re.compile(r"APP11 \(JP"): "content credentials",
+    ("APP1", b"http://ns.adobe.com/xmp/extension/\0"): "extended XMP",
+    ("APP11", b"JP"): "content credentials",
 }
 #: A marker: not a byte of the pixels, a restart between them, or one of several to fill up.
 _MARKER = re.compile(rb"\xff([^\x00\xff\xd0-\xd7])")
@@ -65,19 +65,17 @@ def _with_segments(metadata: Metadata, image: Image.Image) -> Metadata:
     segments: list[tuple[str, bytes]] = opened.applist
     iptc, photoshop = from_segments([content for name, content in segments if name == "APP13"])
     comments = [content for name, content in segments if name == "COM" and content]
-    left = {f"{name} ({_kind(content)})" for name, content in segments if name.startswith("APP")}
     return replace(
         metadata,
         iptc=iptc,
         photoshop=photoshop,
         comments=tuple(comments[:_MOST_COMMENTS]),
-        left_out=tuple(told for start, told in _LEFT_OUT.items() if any(map(start.match, left))),
+        left_out=tuple(
+            told
+            for (name, start), told in _LEFT_OUT.items()
+            if any(found == name and content.startswith(start) for found, content in segments)
+        ),
     )
-
-
-def _kind(content: bytes) -> str:
-    """Return what a segment says it is."""
-    return content[:64].partition(b"\0")[0].decode("latin-1")
 
 
 def _scans(data: bytes) -> int:
