@@ -122,6 +122,18 @@ class TestMatrix:
         assert photo.metadata.photoshop == URL
         assert b"the old light" not in written(photo, "JPEG")
 
+    def test_no_thumbnail_of_the_old_light_in_xmp(self, tmp_path):
+        (tmp_path / "a.jpg").write_bytes(saved(sample(np.uint8), "JPEG"))
+        (tmp_path / "old").write_bytes(b"the old light")
+        thumbnail = f"-XMP-xmp:ThumbnailImage<={tmp_path / 'old'}"
+        path = changed(tmp_path / "a.jpg", thumbnail, "-XMP-dc:Creator=Ann", "-XMP-xmp:Rating=5")
+        assert "XMP-xmp:ThumbnailImage" in exiftool(path)
+        write_image(tmp_path / "b.png", read_image(path))
+        found = exiftool(tmp_path / "b.png", "-warning", "-error", "-XMP:all")
+        assert "XMP-xmp:ThumbnailImage" not in found
+        assert (found["XMP-dc:Creator"], found["XMP-xmp:Rating"]) == ("Ann", 5)
+        assert not {name for name in found if name.endswith((":Error", ":Warning"))}
+
     def test_resources_of_more_than_a_segment(self):
         large = Metadata(iptc=IPTC, photoshop=photoshop.resource(1060 + 10, bytes(200_001)) + URL)
         data = written(Photo(sample(np.uint8), metadata=large), "JPEG")

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 EXIF_PREFIX = b"Exif\0\0"
 _ORDERS = {b"II*\0": "<", b"MM\0*": ">"}
 _NO_EXIF = b"II*\0\x08\0\0\0" + bytes(6)
+_THUMBNAILS_END = b"</xmp:Thumbnails>"
 _ASCII = 2  # the type of EXIF's texts
 _XMP_ORIENTATION = re.compile(rb"(tiff:Orientation(?:\s*=\s*[\"']|>))\s*[1-8]")
 
@@ -26,11 +27,11 @@ _XMP_ORIENTATION = re.compile(rb"(tiff:Orientation(?:\s*=\s*[\"']|>))\s*[1-8]")
 def put_upright(metadata: Metadata) -> tuple[int, Metadata]:
     """Return the EXIF orientation of a file, and its metadata once the pixels are upright.
 
-    EXIF that cannot be parsed is left out, and counts as orientation 1. What tells places in pixels that are
-    turned is left out as well.
+    EXIF that cannot be parsed is left out, and counts as orientation 1. So are thumbnails in XMP, which would
+    still show the old light, and what tells places in pixels that are turned.
     """
     orientation, exif = _take_orientation(metadata.exif or b"")
-    metadata = replace(metadata, exif=exif)
+    metadata = replace(metadata, exif=exif, xmp=_without_thumbnails(metadata.xmp))
     if orientation > 1:
         if metadata.xmp:
             metadata = replace(metadata, xmp=_XMP_ORIENTATION.sub(rb"\g<1>1", metadata.xmp))
@@ -42,6 +43,12 @@ def put_upright(metadata: Metadata) -> tuple[int, Metadata]:
     if orientation > 4 and metadata.dpi:
         metadata = replace(metadata, dpi=metadata.dpi[::-1])
     return orientation, metadata
+
+
+def _without_thumbnails(xmp: bytes | None) -> bytes | None:
+    """Return XMP without its list of thumbnails, as Adobe's programs and exiftool write it."""
+    start, end = (xmp or b"").find(b"<xmp:Thumbnails>"), (xmp or b"").find(_THUMBNAILS_END)
+    return xmp[:start] + xmp[end + len(_THUMBNAILS_END) :] if xmp and 0 <= start < end else xmp
 
 
 def with_texts(
