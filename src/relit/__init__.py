@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from relit.photo.photo import Photo
     from relit.photo.reading import read_image
     from relit.photo.samples import sample
-    from relit.photo.writing import write_image
+    from relit.photo.writing import not_kept, write_image
     from relit.relighting import transfer
     from relit.results import Lighting, TransferResult
     from relit.settings.options import TransferOptions
@@ -73,6 +73,7 @@ _HOME = {
     "detect_faces": "face.detect",
     "detect_landmarks": "face.detect",
     "normalize": "ltv.decomposition",
+    "not_kept": "photo.writing",
     "read_image": "photo.reading",
     "read_landmarks": "face.landmark_files",
     "sample": "photo.samples",
@@ -107,6 +108,7 @@ __all__ = [
     "detect_faces",
     "detect_landmarks",
     "normalize",
+    "not_kept",
     "read_image",
     "read_landmarks",
     "sample",

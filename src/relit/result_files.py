@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from relit.errors import ImageError, OutputError
 from relit.photo.atomic_files import check_free
 from relit.photo.codecs.extras import encode_exr_layers, openexr
+from relit.photo.codecs.formats import FORMATS
+from relit.photo.codecs.keeping import OF_PHOTOSHOP, fitted
 from relit.photo.codecs.openraster import encode_openraster
 from relit.photo.codecs.psd import encode_psd
 from relit.photo.streams import destination_of, name_of, save
-from relit.photo.writing import check_destination, write_image
+from relit.photo.writing import check_destination, not_kept, write_image
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -29,6 +31,7 @@ class _Layered:
     encode: Callable[[Sequence[TransferResult], Photo], bytes]
     longest: int | None = None  # px of a side, where the format sets a limit
     library: Callable[[], Any] | None = None  # loads an optional library, or raises where that is missing
+    holds: tuple[str, ...] = ()  # the fields of `Metadata` it has a place for
 
 
 # What makes the layers brings much along, and is imported when there is something to write.
@@ -54,8 +57,8 @@ def _exr(results: Sequence[TransferResult], like: Photo) -> bytes:
 
 #: What names of files with layers end with; an OpenEXR with another name is a photo alone.
 LAYERED = {
-    ".ora": _Layered(_openraster),
-    ".psd": _Layered(_psd, longest=30_000),
+    ".ora": _Layered(_openraster, holds=FORMATS["PNG"].holds),
+    ".psd": _Layered(_psd, longest=30_000, holds=OF_PHOTOSHOP),
     ".layers.exr": _Layered(_exr, library=openexr),
 }
 
@@ -81,7 +84,8 @@ def write_results(
     if layered is None:
         write_image(destination, results[-1].image, like=like, overwrite=overwrite)
     else:
-        save(layered.encode(results, like), destination, overwrite=overwrite)
+        metadata, _ = fitted(like.metadata, layered.holds)
+        save(layered.encode(results, replace(like, metadata=metadata)), destination, overwrite=overwrite)
 
 
 def check_results_destination(destination: FileOrName, *, like: Photo, overwrite: bool = False) -> None:
@@ -104,6 +108,12 @@ def check_results_destination(destination: FileOrName, *, like: Photo, overwrite
     path = destination_of(destination)
     if isinstance(path, Path):
         check_free(path, overwrite=overwrite)
+
+
+def not_kept_of(destination: FileOrName, like: Photo) -> tuple[str, ...]:
+    """Return, in words, what a photo holds beside its pixels that `write_results` cannot keep."""
+    layered = _layered(destination)
+    return not_kept(destination, like) if layered is None else fitted(like.metadata, layered.holds)[1]
 
 
 def _layered(destination: FileOrName) -> _Layered | None:

@@ -21,7 +21,7 @@ from relit.errors import RelitError
 from relit.face.landmark_files import read_landmarks
 from relit.photo.photo import Photo
 from relit.photo.reading import read_image
-from relit.photo.writing import write_image
+from relit.photo.writing import not_kept, write_image
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -102,6 +102,14 @@ def assert_writable(photo: Photo) -> None:
     assert again.pixels.shape == photo.pixels.shape
     if photo.format in _LOSSLESS:
         np.testing.assert_array_equal(again.pixels, photo.pixels)
+    told = photo.metadata
+    if told.iptc or told.photoshop or told.text or told.comments or told.geo:
+        for kind in ("PNG", "TIFF", *(["JPEG"] if photo.alpha is None else [])):
+            file = io.BytesIO()
+            write_image(file, photo, format=kind)
+            again = read_image(io.BytesIO(file.getvalue()))
+            assert (again.metadata.iptc, again.metadata.photoshop) == (told.iptc, told.photoshop), kind
+            assert all(map(str.isprintable, not_kept("photo", photo, format=kind))), kind
 
 
 def run(

@@ -63,6 +63,11 @@ def profile(space: str = "srgb") -> bytes:
     return bytes(imagecodecs.cms_profile(space, **({"gamma": 1.8} if space == "gray" else {})))
 
 
+#: A segment of a JPEG with IPTC and a URL, from Adobe's specification.
+RESOURCES = (
+    b"\xff\xed\0\x40Photoshop 3.0\0"
+    b"8BIM\4\4\0\0\0\0\0\x10\x1c\2\x50\0\3Ann\x1c\2\x19\0\3sky8BIM\4\x0b\0\0\0\0\0\7a.host/\0"
+)
 XMP = b'<x:xmpmeta xmlns:x="adobe:ns:meta/"><a tiff:Orientation="6"/></x:xmpmeta>'
 
 
@@ -74,6 +79,7 @@ def photos() -> dict[str, bytes]:
     text = PngImagePlugin.PngInfo()
     text.add_itxt("XML:com.adobe.xmp", XMP.decode(), zip=True)
     text.add_text("Comment", "light " * 40, zip=True)
+    text.add_text("Raw profile type iptc", f"\niptc\n 8\n{RESOURCES[30:38].hex()}\n")
     tiffs = {
         "deflate": by_tifffile(
             rgb, photometric="rgb", compression="zlib", predictor=True, iccprofile=profile()
@@ -92,6 +98,16 @@ def photos() -> dict[str, bytes]:
         "palette": by_pillow(palette, "TIFF", compression="tiff_lzw"),
         "bits": by_pillow(Image.fromarray(grey > 99), "TIFF", compression="group4"),
         "pillow": by_pillow(rgb, "TIFF", **notes),
+        "places": by_tifffile(
+            rgb,
+            photometric="rgb",
+            extratags=[
+                (33550, 12, 3, (1.0, 1.0, 0.0), True),
+                (34735, 3, 8, (1, 1, 0, 1, 1024, 0, 1, 1), True),
+                (33723, 7, 16, RESOURCES[30:46], True),
+                (34377, 7, len(RESOURCES) - 18, RESOURCES[18:], True),
+            ],
+        ),
     }
     pngs = {
         "rgb": by_pillow(rgb, "PNG", pnginfo=text, **notes),
@@ -104,7 +120,7 @@ def photos() -> dict[str, bytes]:
         "interlaced": interlaced(grey),
     }
     jpegs = {
-        "rgb": by_pillow(rgb, "JPEG", xmp=XMP, comment=b"light", **notes),
+        "rgb": by_pillow(rgb, "JPEG", xmp=XMP, comment=b"light", extra=RESOURCES, **notes),
         "progressive": by_pillow(rgb, "JPEG", progressive=True, optimize=True),
         "grey": by_pillow(grey, "JPEG", icc_profile=profile("gray")),
         "restarts": by_pillow(rgb, "JPEG", restart_marker_blocks=2, subsampling=2),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from crafted_landmarks import landmarks
 from crafted_metadata import metadata
 from crafted_photos import bmps, jpegs, others, pngs, pnms, webps
+from crafted_texts import texts
 from crafted_tiffs import tiffs
 from hostile_corpus import Case
 
@@ -25,6 +26,7 @@ def crafted(*kinds: str) -> Iterator[Case]:
         "bmp": bmps,
         "other": others,
         "metadata": metadata,
+        "texts": texts,
         "landmarks": landmarks,
     }
     for kind in kinds or parts:

@@ -83,6 +83,7 @@ class Outcome:
     inputs: tuple[File, ...] = ()  # what was read
     files: tuple[File, ...] = ()  # what was written
     measured: Mapping[str, float] = field(default_factory=dict)  # by column of the table
+    not_kept: tuple[str, ...] = ()  # what the target holds beside its pixels and the file cannot, in words
 
 
 @dataclass(frozen=True)

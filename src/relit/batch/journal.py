@@ -170,7 +170,8 @@ def _outcome(output: str, text: Any) -> Outcome | None:
             tuple(File(*map(_word, entry)) for entry in found[name]) for name in ("inputs", "files")
         )
         measured = {name: float(value) for name, value in found["measured"].items()}
-        return Outcome(output, reason, recipe, inputs, files, measured)
+        not_kept = tuple(map(_word, found.get("not_kept", ())))
+        return Outcome(output, reason, recipe, inputs, files, measured, not_kept)
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         return None
 

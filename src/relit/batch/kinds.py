@@ -13,7 +13,7 @@ from relit.face.landmarks import check_inside
 from relit.photo.atomic_files import NamedBytes
 from relit.photo.writing import check_destination, write_image
 from relit.relighting import transfer
-from relit.result_files import check_results_destination, write_results
+from relit.result_files import check_results_destination, not_kept_of, write_results
 from relit.splitting import Splitting, grey_like
 
 if TYPE_CHECKING:
@@ -28,11 +28,12 @@ if TYPE_CHECKING:
 
 
 class Doing:
-    """A row under way: what `Job.inputs` hold, by place, and what is measured meanwhile."""
+    """A row under way: what `Job.inputs` hold, by place, and what is measured and lost meanwhile."""
 
     def __init__(self, job: Job, held: Mapping[str, Content], watch: Stopwatch) -> None:
         self.job, self.watch, self._held = job, watch, held
         self.measured: dict[str, float] = {}
+        self.not_kept: tuple[str, ...] = ()
 
     def photo(self, place: str) -> Photo:
         """Return the photo at a place that was read."""
@@ -82,6 +83,7 @@ def _transfer(row: Doing) -> list[bytes]:
     stream = NamedBytes(job.output)
     with row.watch("write"):
         write_results(stream, [result], like=photo)
+        row.not_kept = not_kept_of(stream, photo)
     return [stream.getvalue()]
 
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from relit.batch.jobs import Job, Row
     from relit.batch.journal import Journal
 
-_TEXTS = ("status", "reason", "target", "reference", "output", "sha256")
+_TEXTS = ("status", "reason", "target", "reference", "output", "sha256", "not_kept")
 _NUMBERS = (
     "seconds",
     *(f"seconds_{stage}" for stage in ("read", "find_the_face", "relight", "split", "write")),
@@ -59,6 +59,7 @@ def _record(row: Row, job: Job | str, journal: Journal) -> dict[str, Any]:
         "reference": row.reference or "",
         "output": outcome.output,
         "sha256": "" if outcome.reason else " ".join(file.digest for file in outcome.files),
+        "not_kept": ", ".join(outcome.not_kept),
         **{name: outcome.measured.get(name) for name in _NUMBERS},
         "seconds": round(sum(seconds), 4) if seconds else None,
     }

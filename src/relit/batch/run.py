@@ -43,6 +43,7 @@ class Counts:
     kept: int = 0
     ok: int = 0
     failed: int = 0
+    lossy: int = 0  # of those done by it, files that cannot keep all of the metadata
 
     @property
     def done(self) -> int:
@@ -185,6 +186,7 @@ def run(batch: Batch, journal: Journal, engine: Engine[Any], tell: Tell = lambda
         failed = sum(bool(outcome.reason) for outcome in fresh)
         counts.failed += failed
         counts.ok += len(fresh) - failed
+        counts.lossy += sum(bool(outcome.not_kept) for outcome in fresh)
         tell(counts)
     # What killed workers left unfinished; nobody else is at work there.
     for path in filter(None, map(places.path_of, folders)):

@@ -46,7 +46,7 @@ def do(job: Job, plan: Plan, recorded: Outcome | None = None) -> Outcome:
                 inputs = tuple(held[place].file for place in job.inputs)
             recipe = recipe_of(job, plan.kind, [file.digest for file in inputs])
             if recorded and recorded.recipe == recipe and (files := _unharmed(job, plan, earlier)):
-                return Outcome(job.output, "", recipe, inputs, files, recorded.measured)
+                return Outcome(job.output, "", recipe, inputs, files, recorded.measured, recorded.not_kept)
             row = Doing(job, held, watch)
             made = WORK[plan.kind](row)
         with watch("write"):
@@ -61,7 +61,7 @@ def do(job: Job, plan: Plan, recorded: Outcome | None = None) -> Outcome:
     except Exception as error:  # the run goes on, whatever is wrong with one row
         reason = f"{type(error).__name__}: {error}; this is a bug, please report it"
     else:
-        return Outcome(job.output, "", recipe, inputs, files, _seconds(watch) | row.measured)
+        return Outcome(job.output, "", recipe, inputs, files, _seconds(watch) | row.measured, row.not_kept)
     return Outcome(job.output, reason, "", inputs, earlier, _seconds(watch))
 
 

@@ -16,7 +16,14 @@ from relit.cli.kinds import FILE, FOLDER, Count
 from relit.cli.options import force_option, json_option, settings_of, transfer_options
 from relit.cli.progress import rows_done
 from relit.cli.rows import foresee, rows_of, suffix_of
-from relit.cli.telling import is_verbose, is_watched, loudness_options, printable, report
+from relit.cli.telling import (
+    is_verbose,
+    is_watched,
+    loudness_options,
+    printable,
+    report,
+    warn_of_lossy_rows,
+)
 from relit.settings.options import TransferOptions
 
 if TYPE_CHECKING:
@@ -197,6 +204,7 @@ def batch(
     if (is_watched() or is_verbose()) and not as_json:
         told = f"{counts.ok} rows done, {counts.kept} done before, {counts.failed} failed"
         click.echo(printable(f"wrote into {output}, with a table in {where.results}: {told}"), err=True)
+    warn_of_lossy_rows(counts.lossy, where.results)
     if counts.failed:
         click.echo(
             f"relit: {counts.failed} of {counts.total} rows failed; {printable(where.results)} says why",

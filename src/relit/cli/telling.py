@@ -14,7 +14,7 @@ from relit.errors import OutputError
 from relit.runtime.announcing import announcing
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     Command = Callable[..., None]
 
@@ -155,6 +155,19 @@ def warn_of_folds(folded: float) -> None:
             "landmarks, or raise --smoothing",
             err=True,
         )
+
+
+def warn_of_losses(output: str, lost: Sequence[str]) -> None:
+    """Say what else of a photo its new file does not keep."""
+    if lost and not is_quiet():
+        click.echo(printable(f"relit: warning: {output}: does not keep {', '.join(lost)}"), err=True)
+
+
+def warn_of_lossy_rows(count: int, table: str) -> None:
+    """Say that files of a batch do not keep all that photos hold beside their pixels."""
+    if count and not is_quiet():
+        told = f"{count} {'file does' if count == 1 else 'files do'} not keep all of the metadata"
+        click.echo(printable(f"relit: warning: {told}; {table} says what, in not_kept"), err=True)
 
 
 def warn_of_confidence(confidence: float) -> None:

@@ -32,10 +32,11 @@ from relit.cli.telling import (
     solving,
     warn_of_confidence,
     warn_of_folds,
+    warn_of_losses,
 )
 from relit.cli.terminal import PictureFolder
 from relit.photo.writing import check_destination, write_image
-from relit.result_files import check_results_destination, write_results
+from relit.result_files import check_results_destination, not_kept_of, write_results
 from relit.runtime.allocator import keep_freed_memory
 from relit.runtime.timing import Stopwatch
 from relit.settings.options import TransferOptions
@@ -193,6 +194,8 @@ def transfer(
 
             write_image(sheet, comparison_sheet(result), overwrite=force)
         written = folder.save(pictures) if folder else []
+    lost = not_kept_of(output, photo)
+    warn_of_losses(output, lost)
     triples = zip(theirs, others, there, strict=True)
     described = [about(source.path, other, face) for source, other, face in triples]
     of_target = [about(ours.path, photo, face) for face in faces]
@@ -214,6 +217,7 @@ def transfer(
         factor=result.view.factor,
         folded=folded,
         confidence=result.confidence,
+        not_kept=[*lost],
         smoothing=result.first.alignment.smoothing if result.first.alignment else None,
         seconds=watch.seconds,
         options=asdict(settings),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,15 @@ from relit.photo.profile import convert
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+
+class Text(NamedTuple):
+    """A text in a PNG: what it is, "Author" or "Copyright" for instance, and what it says."""
+
+    keyword: str
+    text: str
+    language: str = ""
+    translated: str = ""  # the keyword in that language
 
 
 @dataclass(frozen=True)
@@ -27,11 +36,32 @@ class Metadata:
         XMP packet.
     dpi : (float, float) or None
         Horizontal and vertical resolution in pixels per inch.
+    iptc : bytes or None
+        IPTC-IIM: the datasets, one after the other.
+    photoshop : bytes or None
+        Photoshop's other image resources, such as paths and the copyright flag; without thumbnails.
+    comments : tuple of bytes
+        Comments of a JPEG, whose encoding no standard tells.
+    text : tuple of Text
+        Texts of a PNG.
+    geo : tuple of (int, bytes or tuple of numbers)
+        Tags of GeoTIFF and their values, which hold for these pixels as they lie.
+    names_srgb : bool
+        Whether a PNG says that its colours are sRGB, in whatever way; others are so without a word.
+    left_out : tuple of str
+        What else the file told that does not travel, in words.
     """
 
     exif: bytes | None = None
     xmp: bytes | None = None
     dpi: tuple[float, float] | None = None
+    iptc: bytes | None = None
+    photoshop: bytes | None = None
+    comments: tuple[bytes, ...] = ()
+    text: tuple[Text, ...] = ()
+    geo: tuple[tuple[int, bytes | tuple[float, ...]], ...] = ()
+    names_srgb: bool = False
+    left_out: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -76,7 +106,7 @@ class Photo:
     profile : bytes or None
         ICC profile of the pixels; None for sRGB, or for plain grey.
     metadata : Metadata
-        EXIF, XMP and resolution.
+        EXIF, XMP, IPTC, texts, resolution.
     format : str or None
         "JPEG", "PNG", "TIFF", "WEBP", "PPM", "PGM", "BMP", "EXR", "HEIC" or "RAW": what it was read from.
     jpeg : JpegSettings or None
@@ -85,8 +115,8 @@ class Photo:
     Examples
     --------
     >>> photo = Photo(np.zeros((2, 3), np.uint8))
-    >>> photo.alpha is None, photo.metadata
-    (True, Metadata(exif=None, xmp=None, dpi=None))
+    >>> photo.alpha is None, photo.metadata == Metadata()
+    (True, True)
     >>> photo
     Photo(3x2 grey uint8)
     """
@@ -102,6 +132,7 @@ class Photo:
         """Return size and dtype, the format, and what travels with the pixels."""
         meta = self.metadata
         extras = {"alpha": self.alpha, "profile": self.profile, "EXIF": meta.exif, "XMP": meta.xmp}
+        extras |= {"IPTC": meta.iptc}
         told = [self.format, *(name for name, value in extras.items() if value is not None)]
         return f"Photo({', '.join([size_and_dtype(self.pixels), *filter(None, told)])})"
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 #: x and y of red, green, blue and white.
-_SRGB_PRIMARIES = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
+SRGB_PRIMARIES = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
 
 
 def convert(pixels: NDArray[Any], profile: bytes | None, target: bytes | None) -> NDArray[Any]:
@@ -67,20 +67,37 @@ def decode_srgb(values: NDArray[Any]) -> NDArray[Any]:
     return np.where(values <= 0.04045, values / 12.92, power((values + 0.055) / 1.055, 2.4))
 
 
-def srgb_with_primaries(primaries: Sequence[float]) -> bytes | None:
-    """Return an ICC profile of the curve of sRGB and other primaries, 8 numbers; None for sRGB's own."""
-    if np.allclose(primaries, _SRGB_PRIMARIES, rtol=0, atol=1e-3):
-        return None
-    import imagecodecs
+def rgb_profile(primaries: Sequence[float], gamma: float | None = None) -> bytes | None:
+    """Return an ICC profile of primaries, 8 numbers, and a curve; None for sRGB, or if there can be none.
 
-    curve = np.rint(decode_srgb(np.linspace(0, 1, 4096)) * 65535).astype(np.uint16)
+    The curve is that of sRGB, or has an exponent.
+    """
+    if gamma is None and np.allclose(primaries, SRGB_PRIMARIES, rtol=0, atol=1e-3):
+        return None
+    curve = np.linspace(0, 1, 4096)
+    curve = decode_srgb(curve) if gamma is None else power(curve, gamma)
     red, green, blue, white = ([*primaries[n : n + 2], 1.0] for n in range(0, 8, 2))
-    made = imagecodecs.cms_profile(
+    return _made(
         "rgb",
         primaries=[*red, *green, *blue],
         whitepoint=white,
-        transferfunction=np.tile(curve, (3, 1)),
+        transferfunction=np.tile(np.rint(curve * 65535).astype(np.uint16), (3, 1)),
     )
+
+
+def grey_with_gamma(gamma: float) -> bytes | None:
+    """Return an ICC profile of greys whose light is their value to the power of `gamma`."""
+    return _made("gray", gamma=gamma)
+
+
+def _made(space: str, **described: Any) -> bytes | None:
+    """Return an ICC profile as Little CMS makes it, if it can."""
+    import imagecodecs
+
+    try:
+        made = imagecodecs.cms_profile(space, **described)
+    except (imagecodecs.CmsError, ValueError):
+        return None
     profile = bytearray(made)
     profile[24:36] = bytes(12)  # when it was made: the same photo gives the same bytes
     return bytes(profile)

@@ -15,6 +15,7 @@ import numpy as np
 from relit.errors import ImageError, OutputError
 from relit.photo.atomic_files import check_free
 from relit.photo.codecs.formats import FORMATS
+from relit.photo.codecs.jpeg import finer_subsampling
 from relit.photo.photo import Photo
 from relit.photo.pixels import check_samples, to_depth
 from relit.photo.profile import color_space
@@ -45,8 +46,8 @@ def write_image(
     that was read from a JPEG is written as JPEG with that file's own quantization tables and subsampling
     of colours, so that it loses no more than rounding, and progressive if that was; any other at quality
     95 with colours at full resolution. WebP is written at quality 95; the others are lossless. Where the
-    format cannot hold the colour profile, the pixels are converted to sRGB. EXIF, XMP and resolution are
-    kept as far as the format has a place for them.
+    format cannot hold the colour profile, the pixels are converted to sRGB. EXIF, XMP, IPTC, texts and
+    resolution are kept as far as the format has a place for them; `not_kept` tells the rest.
 
     Parameters
     ----------
@@ -88,7 +89,8 @@ def write_image(
         photo = photo.to_profile(None)
     dtype = min(photo.pixels.dtype, np.dtype(known.deepest), key=lambda depth: depth.itemsize)
     alpha = None if photo.alpha is None else to_depth(photo.alpha, dtype)
-    photo = replace(photo, pixels=to_depth(photo.pixels, dtype), alpha=alpha)
+    metadata, _ = known.fit(photo.metadata)
+    photo = replace(photo, pixels=to_depth(photo.pixels, dtype), alpha=alpha, metadata=metadata)
     save(known.encode(photo), destination, overwrite=overwrite)
 
 
@@ -121,6 +123,43 @@ def check_destination(
     path = destination_of(destination)
     if isinstance(path, Path):
         check_free(path, overwrite=overwrite)
+
+
+def not_kept(
+    destination: FileOrName,
+    photo: Photo,
+    *,
+    format: str | None = None,  # noqa: A002
+) -> tuple[str, ...]:
+    """Return, in words, what a photo holds beside its pixels that `write_image` cannot keep.
+
+    Parameters
+    ----------
+    destination, format
+        As for `write_image`.
+    photo : Photo
+
+    Returns
+    -------
+    tuple of str
+        Empty where all is kept.
+
+    Raises
+    ------
+    OutputError
+        If the format is not known.
+
+    Examples
+    --------
+    >>> from relit.photo.photo import Metadata
+    >>> photo = Photo(np.zeros((2, 3), np.uint8), metadata=Metadata(iptc=bytes(5), dpi=(300, 300)))
+    >>> not_kept("face.webp", photo), not_kept("face.tif", photo)
+    (('the resolution', 'IPTC'), ())
+    """
+    kind = _format_of(destination, photo, format)
+    _, lost = FORMATS[kind].fit(photo.metadata)
+    finer = finer_subsampling(photo.jpeg) if kind == "JPEG" else None
+    return (*lost, finer) if finer else lost
 
 
 def joined(image: NDArray[Any] | Photo, like: Photo | None) -> Photo:

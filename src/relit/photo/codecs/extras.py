@@ -10,10 +10,11 @@ import numpy as np
 
 from relit.errors import ImageError
 from relit.photo.codecs.metadata import put_upright
+from relit.photo.codecs.named_colors import refuse_hdr
 from relit.photo.codecs.tiff import read_metadata
 from relit.photo.photo import Metadata, Photo
 from relit.photo.pixels import divide_by_alpha, to_depth, to_unit
-from relit.photo.profile import decode_srgb, encode_srgb, srgb_with_primaries
+from relit.photo.profile import decode_srgb, encode_srgb, rgb_profile
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,9 +23,8 @@ if TYPE_CHECKING:
 
     from relit.photo.codecs import CheckSize
 
-#: Of ITU-T H.273: primaries that are not stated; curves that start from another white than paper.
+#: Of ITU-T H.273: primaries that are not stated.
 _UNSTATED = 2
-_HDR = {16: "PQ", 18: "HLG"}
 _EXR_CHANNELS = [("RGB",), ("RGBA",), ("Y",), ("A", "Y")]
 #: What half floats may round 1 up to.
 _ONE = 1 + 2**-10
@@ -61,12 +61,11 @@ def _heif_profile(info: dict[str, Any]) -> bytes | None:
     if profile := info.get("icc_profile"):
         return bytes(profile)
     named = info.get("nclx_profile", {})
-    if curve := _HDR.get(named.get("transfer_characteristics")):
-        raise ImageError(f"holds HDR colours ({curve}); export it with standard range (SDR) first")
+    refuse_hdr(named.get("transfer_characteristics", _UNSTATED))
     if named.get("color_primaries", _UNSTATED) == _UNSTATED:
         return None
     points = ("red", "green", "blue", "white")
-    return srgb_with_primaries([named[f"color_primary_{point}_{axis}"] for point in points for axis in "xy"])
+    return rgb_profile([named[f"color_primary_{point}_{axis}"] for point in points for axis in "xy"])
 
 
 def decode_raw(stream: BinaryIO, check_size: CheckSize) -> Photo:
@@ -126,7 +125,7 @@ def decode_exr(stream: BinaryIO, check_size: CheckSize) -> Photo:
     colours[...] = encode_srgb(colours)
     primaries = header.get("chromaticities")
     return Photo.from_samples(
-        light.clip(0, 1, out=light), None if primaries is None else srgb_with_primaries(primaries)
+        light.clip(0, 1, out=light), None if primaries is None else rgb_profile(primaries)
     )
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from relit.errors import ImageError
 from relit.photo.codecs.extras import decode_exr, decode_heif, decode_raw, encode_exr, openexr
 from relit.photo.codecs.jpeg import decode_jpeg, encode_jpeg
+from relit.photo.codecs.keeping import OF_PHOTOSHOP, fitted
 from relit.photo.codecs.pillow import decode_bmp, decode_webp, encode_bmp, encode_webp
 from relit.photo.codecs.png import decode_png, encode_png
 from relit.photo.codecs.pnm import decode_pnm, encode_pnm
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from relit.photo.codecs import CheckSize
-    from relit.photo.photo import Photo
+    from relit.photo.photo import Metadata, Photo
 
 # They log what they find odd in a file, and Python prints that where no logging has been set up.
 for _library in ("imagecodecs", "tifffile"):
@@ -51,6 +52,12 @@ class Format(Readable):
     profiles: tuple[str, ...] = ("GRAY", "RGB")  # colour spaces of the ICC profiles it can hold
     longest: int | None = None  # px of a side, where the format sets a limit
     library: Callable[[], Any] | None = None  # loads an optional library, or raises where that is missing
+    holds: tuple[str, ...] = ()  # the fields of `Metadata` it has a place for
+    segments: bool = False  # whether each of them must fit a JPEG's segment
+
+    def fit(self, metadata: Metadata) -> tuple[Metadata, tuple[str, ...]]:
+        """Return what it keeps of metadata, and in words what it cannot hold."""
+        return fitted(metadata, self.holds, segments=self.segments)
 
 
 _JPEG, _PNG, _TIFF = rb"\xff\xd8\xff", rb"\x89PNG\r\n\x1a\n", rb"II[*+]\0|MM\0[*+]"
@@ -66,14 +73,18 @@ READ_ONLY: dict[str, Readable] = {
     "HEIC": Readable(decode_heif, _HEIC, (".heic", ".heif", ".hif")),
 }
 FORMATS: dict[str, Format] = {
-    "JPEG": Format(decode_jpeg, _JPEG, (".jpg", ".jpeg"), encode_jpeg, np.uint8, alpha=False, longest=65500),
-    "PNG": Format(decode_png, _PNG, (".png",), encode_png, np.uint16),
-    "TIFF": Format(decode_tiff, _TIFF, (".tif", ".tiff"), encode_tiff, np.float32),
+    "JPEG": Format(decode_jpeg, _JPEG, (".jpg", ".jpeg"), encode_jpeg, np.uint8, alpha=False, longest=65500,
+                   holds=(*OF_PHOTOSHOP, "comments"), segments=True),
+    "PNG": Format(decode_png, _PNG, (".png",), encode_png, np.uint16,
+                  holds=(*OF_PHOTOSHOP, "text", "names_srgb")),
+    "TIFF": Format(decode_tiff, _TIFF, (".tif", ".tiff"), encode_tiff, np.float32,
+                   holds=(*OF_PHOTOSHOP, "geo")),
     "WEBP": Format(decode_webp, rb"RIFF....WEBP", (".webp",), encode_webp, np.uint8,
-                   profiles=("RGB",), longest=16383),  # grey is stored as RGB
+                   profiles=("RGB",), longest=16383, holds=("exif", "xmp")),  # grey is stored as RGB
     "PPM": Format(decode_pnm, _PPM, (".ppm", ".pnm"), encode_pnm, np.uint16, alpha=False, profiles=()),
     "PGM": Format(decode_pnm, _PGM, (".pgm",), encode_pnm, np.uint16, alpha=False, colour=False, profiles=()),
-    "BMP": Format(decode_bmp, rb"BM", (".bmp",), encode_bmp, np.uint8, alpha=False, profiles=()),
+    "BMP": Format(decode_bmp, rb"BM", (".bmp",), encode_bmp, np.uint8, alpha=False, profiles=(),
+                  holds=("dpi",)),
     "EXR": Format(decode_exr, rb"v/1\x01", (".exr",), encode_exr, np.float32, profiles=(), library=openexr),
 }
 # fmt: on

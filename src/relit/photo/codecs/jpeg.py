@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from contextlib import nullcontext
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
@@ -11,6 +12,7 @@ from PIL import ImageFile
 
 from relit.errors import ImageError
 from relit.photo.codecs.metadata import EXIF_PREFIX
+from relit.photo.codecs.photoshop import from_segments, joined, to_segments
 from relit.photo.codecs.pillow import QUALITY, open_image, photo_from, pillow_setting, save_image
 from relit.photo.photo import JpegSettings, Photo
 
@@ -18,17 +20,25 @@ if TYPE_CHECKING:
     from PIL import Image
 
     from relit.photo.codecs import CheckSize
+    from relit.photo.photo import Metadata
 
 _RGB_NAMES = [82, 71, 66]
 #: The (px across, px down) sharing a colour that Pillow can write, beside 4:4:4.
 _SUBSAMPLING = {(2, 2): "4:2:0", (2, 1): "4:2:2"}
+#: No library that Python has writes these with a file's own quantization tables.
+_NAMED = {(1, 2): "4:4:0", (4, 1): "4:1:1", (4, 2): "4:1:0", (1, 4): "4:4:1"}
 #: More than a pixel of pure noise takes at the highest quality.
 _WORST_BYTES = 8
-_LARGEST_SEGMENT = 65533
-_XMP_PREFIX = b"http://ns.adobe.com/xap/1.0/\0"
+_MOST_COMMENTS = 1000  # damage may make half a million
+#: What a JPEG may tell beside what is kept: XMP that did not fit one segment, and signed statements on where
+#: a photo is from, which do not hold of a photo that was changed.
+_LEFT_OUT = {
+    ("APP1", b"http://ns.adobe.com/xmp/extension/\0"): "extended XMP",
+    ("APP11", b"JP"): "content credentials",
+}
 #: A marker: not a byte of the pixels, a restart between them, or one of several to fill up.
 _MARKER = re.compile(rb"\xff([^\x00\xff\xd0-\xd7])")
-_END = b"\xff\xd9"
+_END, _COMMENT = b"\xff\xd9", b"\xff\xfe"
 #: Damage may ask for work without end: 200 million px in 20 scans take 5 s.
 _MOST_IN_SCANS = 4_000_000_000
 
@@ -45,7 +55,27 @@ def decode_jpeg(stream: BinaryIO, check_size: CheckSize) -> Photo:
     # Into an array of the size that was checked: one parser might find another size than the other.
     samples = np.empty(image.size[::-1] if image.mode == "L" else (*image.size[::-1], 3), np.uint8)
     imagecodecs.jpeg8_decode(data, out=samples)
-    return photo_from(image, samples, _settings_of(image))
+    photo = photo_from(image, samples, _settings_of(image))
+    return replace(photo, metadata=_with_segments(photo.metadata, image))
+
+
+def _with_segments(metadata: Metadata, image: Image.Image) -> Metadata:
+    """Return metadata with what Pillow leaves in segments: Photoshop's resources, and comments."""
+    opened: Any = image
+    segments: list[tuple[str, bytes]] = opened.applist
+    iptc, photoshop = from_segments([content for name, content in segments if name == "APP13"])
+    comments = [content for name, content in segments if name == "COM" and content]
+    return replace(
+        metadata,
+        iptc=iptc,
+        photoshop=photoshop,
+        comments=tuple(comments[:_MOST_COMMENTS]),
+        left_out=tuple(
+            told
+            for (name, start), told in _LEFT_OUT.items()
+            if any(found == name and content.startswith(start) for found, content in segments)
+        ),
+    )
 
 
 def _scans(data: bytes) -> int:
@@ -84,12 +114,11 @@ def _settings_of(image: Image.Image) -> JpegSettings | None:
 
 
 def encode_jpeg(photo: Photo) -> bytes:
-    """Write a JPEG, compressed as the photo was, or at quality 95 with colours at full resolution.
-
-    EXIF and XMP that exceed a JPEG's segments, 64 KiB, are left out.
-    """
-    exif = EXIF_PREFIX + photo.metadata.exif if photo.metadata.exif else b""
-    xmp = photo.metadata.xmp or b""
+    """Write a JPEG, compressed as the photo was, or at quality 95 with colours at full resolution."""
+    metadata = photo.metadata
+    exif = EXIF_PREFIX + metadata.exif if metadata.exif else b""
+    segments = to_segments(joined(metadata.iptc, metadata.photoshop))
+    segments += b"".join(_COMMENT + (2 + len(told)).to_bytes(2) + told for told in metadata.comments)
     options = _options(photo.jpeg, grey=photo.is_grey)
     height, width = photo.pixels.shape[:2]
     # A progressive JPEG must fit one buffer, and Pillow's guess is too small where the quality is highest.
@@ -99,8 +128,9 @@ def encode_jpeg(photo: Photo) -> bytes:
             photo,
             "JPEG",
             icc_profile=photo.profile,
-            exif=exif if len(exif) <= _LARGEST_SEGMENT else b"",
-            xmp=xmp if len(_XMP_PREFIX + xmp) <= _LARGEST_SEGMENT else b"",
+            exif=exif,
+            xmp=metadata.xmp or b"",
+            extra=segments,
             **options,
         )
 
@@ -117,6 +147,19 @@ def _options(settings: JpegSettings | None, *, grey: bool) -> dict[str, Any]:
     options = {"progressive": settings.progressive}
     if grey:
         return {"qtables": tables[:1], **options}
-    across, down = (min(shared, 2) for shared in settings.subsampling)
-    name = _SUBSAMPLING.get((across, down), "4:4:4")
-    return {"qtables": tables, "subsampling": name, "keep_rgb": settings.rgb, **options}
+    subsampling = _written(settings.subsampling)
+    return {"qtables": tables, "subsampling": subsampling, "keep_rgb": settings.rgb, **options}
+
+
+def _written(subsampling: tuple[int, int]) -> str:
+    """Return the subsampling that Pillow writes for another: that, or the nearest finer one."""
+    across, down = (min(shared, 2) for shared in subsampling)
+    return _SUBSAMPLING.get((across, down), "4:4:4")
+
+
+def finer_subsampling(settings: JpegSettings | None) -> str | None:
+    """Return in words that colours will be shared by fewer px than they were, if so."""
+    if settings is None or settings.subsampling in {(1, 1), *_SUBSAMPLING}:
+        return None
+    named = _NAMED.get(settings.subsampling, "odd")
+    return f"{named} subsampling of colours ({_written(settings.subsampling)} instead)"

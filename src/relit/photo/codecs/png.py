@@ -8,17 +8,20 @@ from typing import TYPE_CHECKING, BinaryIO
 
 from relit.errors import ImageError
 from relit.photo.codecs.metadata import resolution
+from relit.photo.codecs.named_colors import png_profile
+from relit.photo.codecs.png_text import read_texts, signed, write_texts
 from relit.photo.photo import Metadata, Photo
 
 if TYPE_CHECKING:
     from relit.photo.codecs import CheckSize
 
 _SIGNATURE_AND_HEADER = 33
-_LARGEST_TEXT = 1 << 24
 _METRES_PER_INCH = 0.0254
 _PICTURE = {b"PLTE", b"tRNS", b"IDAT", b"IEND"}
-_KNOWN = {b"acTL", b"tRNS", b"iCCP", b"eXIf", b"iTXt", b"pHYs"}
-_XMP = b"XML:com.adobe.xmp\0"
+_COLOURS = {b"cICP", b"sRGB", b"gAMA", b"cHRM"}
+_KNOWN = {b"acTL", b"tRNS", b"eXIf", b"pHYs", b"iCCP", *_COLOURS}
+_MOST_TEXTS = 10_000  # far more than any photo has; damage may make millions
+_TEXTS = {b"tEXt", b"zTXt", b"iTXt"}
 
 
 def decode_png(stream: BinaryIO, check_size: CheckSize) -> Photo:
@@ -27,19 +30,30 @@ def decode_png(stream: BinaryIO, check_size: CheckSize) -> Photo:
 
     data = stream.read()
     width, height, bits, colour = struct.unpack_from(">IIBB", data, 16)
-    found, parts = _chunks(data)
+    found, texts, parts = _chunks(data)
     channels = {0: 1, 2: 3, 3: 3, 4: 2}.get(colour, 4) + (b"tRNS" in found)
     check_size(width, height, channels * max(1, bits // 8))
     if struct.unpack_from(">I", found.get(b"acTL", bytes(4)))[0] > 1:
         raise ImageError("animated; save one frame as a photo of its own")
-    profile = _inflate(found[b"iCCP"].partition(b"\0")[2][1:]) if b"iCCP" in found else None
-    xmp = _text(found[b"iTXt"]) if b"iTXt" in found else None
+    told = read_texts(texts)
+    texts.clear()
+    profile = png_profile(found, told.raw.get("icc"), grey=colour in (0, 4))
     dots, dpi = found.get(b"pHYs", b""), None
     if dots[8:] == b"\1":
         dpi = resolution(*(count * _METRES_PER_INCH for count in struct.unpack(">II", dots[:8])))
+    iptc, photoshop = told.iptc
+    metadata = Metadata(
+        found.get(b"eXIf") or told.raw.get("exif"),
+        told.xmp or told.raw.get("xmp"),
+        dpi,
+        iptc=iptc,
+        photoshop=photoshop,
+        text=tuple(told.text),
+        names_srgb=profile is None and not _COLOURS.isdisjoint(found),
+    )
     data = b"".join(parts)
     parts.clear()
-    return Photo.from_samples(imagecodecs.png_decode(data), profile, Metadata(found.get(b"eXIf"), xmp, dpi))
+    return Photo.from_samples(imagecodecs.png_decode(data), profile, metadata)
 
 
 def encode_png(photo: Photo) -> bytes:
@@ -56,31 +70,31 @@ def encode_png(photo: Photo) -> bytes:
             filter=imagecodecs.PNG.FILTER.PAETH,
         )
     )
-    metadata, chunks = photo.metadata, b""
+    metadata, chunks = photo.metadata, write_texts(photo.metadata)
     if photo.profile:
-        chunks += _chunk(b"iCCP", b"ICC profile\0\0" + zlib.compress(photo.profile))
+        chunks.append((b"iCCP", b"ICC profile\0\0" + zlib.compress(photo.profile)))
+    elif metadata.names_srgb:
+        chunks.append((b"sRGB", b"\0"))
     if metadata.dpi:
         counts = [round(dots / _METRES_PER_INCH) for dots in metadata.dpi]
-        chunks += _chunk(b"pHYs", struct.pack(">IIB", *counts, 1))
+        chunks.append((b"pHYs", struct.pack(">IIB", *counts, 1)))
     if metadata.exif:
-        chunks += _chunk(b"eXIf", metadata.exif)
-    if metadata.xmp:
-        chunks += _chunk(b"iTXt", _XMP + b"\0\0\0\0" + metadata.xmp)
-    return data[:_SIGNATURE_AND_HEADER] + chunks + data[_SIGNATURE_AND_HEADER:]
+        chunks.append((b"eXIf", metadata.exif))
+    added = b"".join(signed(kind, content) for kind, content in chunks)
+    return data[:_SIGNATURE_AND_HEADER] + added + data[_SIGNATURE_AND_HEADER:]
 
 
-def _chunk(kind: bytes, content: bytes) -> bytes:
-    return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+def _chunks(
+    data: bytes,
+) -> tuple[dict[bytes, bytes], list[tuple[bytes, memoryview]], list[memoryview]]:
+    """Return the first chunk of each kind behind the header, texts, and what makes the picture.
 
-
-def _chunks(data: bytes) -> tuple[dict[bytes, bytes], list[memoryview]]:
-    """Return the first chunk of each kind behind the header, and the parts of the file that make the picture.
-
-    Of texts, only XMP counts. libpng gets to see no more than these parts: it would unpack every other chunk,
-    of which a file of a megabyte can hold gigabytes.
+    libpng gets to see no more than the last: it would unpack every other chunk, of which a file of a megabyte
+    can hold gigabytes.
     """
     view, start = memoryview(data), _SIGNATURE_AND_HEADER
     found: dict[bytes, bytes] = {}
+    texts: list[tuple[bytes, memoryview]] = []
     parts = [view[:start]]
     while start + 12 <= len(data):
         length, kind = struct.unpack_from(">I4s", data, start)
@@ -88,25 +102,8 @@ def _chunks(data: bytes) -> tuple[dict[bytes, bytes], list[memoryview]]:
         if kind in _PICTURE:
             parts.append(view[start:end])
         if kind in _KNOWN and kind not in found:
-            content = data[start + 8 : end - 4]
-            if kind != b"iTXt" or content.startswith(_XMP):
-                found[kind] = content
+            found[kind] = data[start + 8 : end - 4]
+        elif kind in _TEXTS and len(texts) < _MOST_TEXTS:
+            texts.append((kind, view[start + 8 : end - 4]))
         start = end
-    return found, parts
-
-
-def _text(content: bytes) -> bytes | None:
-    """Return the text of an iTXt chunk: keyword, compression flag and method, language, keyword, text."""
-    rest = content.partition(b"\0")[2]
-    text = rest[2:].partition(b"\0")[2].partition(b"\0")[2]
-    return _inflate(text) if rest[:1] == b"\1" else text
-
-
-def _inflate(data: bytes) -> bytes | None:
-    """Return the content of a compressed chunk; None where it is damaged, or larger than an honest one."""
-    inflater = zlib.decompressobj()
-    try:
-        content = inflater.decompress(data, _LARGEST_TEXT)
-    except zlib.error:
-        return None
-    return content if inflater.eof else None
+    return found, texts, parts

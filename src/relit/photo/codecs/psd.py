@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import cv2
 import numpy as np
 
+from relit.photo.codecs.photoshop import joined, numbers, resource
 from relit.photo.pixels import full_of, to_unit
 
 if TYPE_CHECKING:
@@ -122,14 +123,14 @@ def _packed(planes: Sequence[NDArray[Any]]) -> tuple[bytes, bytes]:
 def _resources(photo: Photo) -> bytes:
     """Return the profile and the metadata of a photo."""
     metadata, found = photo.metadata, {}
+    others = joined(metadata.iptc, metadata.photoshop)
     if metadata.dpi:
         dots = [(round(count * 0x10000), _PER_INCH, _INCHES) for count in metadata.dpi]
         found[_RESOLUTION] = b"".join(struct.pack(">IHH", *axis) for axis in dots)
     kept = {_PROFILE: photo.profile, _EXIF: metadata.exif, _XMP: metadata.xmp}
     found |= {number: data for number, data in kept.items() if data}
-    return b"".join(
-        _even(struct.pack(">4sH2xI", b"8BIM", number, len(data)), data) for number, data in found.items()
-    )
+    told = numbers(others)
+    return others + b"".join(resource(number, data) for number, data in found.items() if number not in told)
 
 
 def _block(*parts: bytes, align: int = 1) -> list[bytes]:

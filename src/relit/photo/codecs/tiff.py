@@ -18,7 +18,9 @@ from PIL.ExifTags import IFD, Base
 from PIL.TiffImagePlugin import ImageFileDirectory_v2
 
 from relit.errors import ImageError
+from relit.photo.codecs.geotiff import add_geo, read_geo
 from relit.photo.codecs.metadata import resolution
+from relit.photo.codecs.photoshop import iptc_of, split
 from relit.photo.codecs.pillow import quiet_pillow
 from relit.photo.photo import Metadata, Photo
 from relit.photo.pixels import divide_by_alpha, full_of, to_depth
@@ -37,6 +39,7 @@ _SHARED = {
     *(Base.XPTitle, Base.XPComment, Base.XPAuthor, Base.XPKeywords, Base.XPSubject),
     *(IFD.Exif, IFD.GPSInfo),
 }
+_IPTC, _PHOTOSHOP, _PHOTOSHOP_LAYERS = 33723, 34377, 37724
 _STRIP_BYTES = 1 << 18
 _MOST_PAGES = 64  # the photo and what is reduced from it
 #: None, the fax codes, LZW, JPEG, deflate, PackBits, deflate by its old number, LZMA, and Zstandard: what is
@@ -56,7 +59,7 @@ def decode_tiff(stream: BinaryIO, check_size: CheckSize) -> Photo:
             raise ImageError("holds several pages; save one as a photo of its own")
         _check_page(page, check_size)
         samples = _samples(page)
-        metadata = replace(_metadata(stream, page), dpi=_resolution(page))
+        metadata = replace(_metadata(stream, page), dpi=_resolution(page), geo=read_geo(page.tags))
         return Photo.from_samples(samples, _bytes(page, Base.InterColorProfile), metadata)
 
 
@@ -120,6 +123,11 @@ def encode_tiff(photo: Photo) -> bytes:
         directory[Base.ResolutionUnit] = 2  # inches
     if metadata.xmp:
         directory[Base.XMLPacket] = metadata.xmp
+    if metadata.iptc:
+        directory[_IPTC] = metadata.iptc
+    if metadata.photoshop:
+        directory[_PHOTOSHOP] = metadata.photoshop
+    add_geo(directory, metadata.geo)
     if photo.profile:
         directory[Base.InterColorProfile] = photo.profile
     return _HEADER + directory.tobytes(len(_HEADER)) + b"".join(strips)
@@ -139,7 +147,13 @@ def _check_page(page: Any, check_size: CheckSize) -> None:
 
 def _metadata(stream: BinaryIO, page: Any) -> Metadata:
     exif = _read_exif(stream, page.tags.valueof(Base.Orientation, default=1))
-    return Metadata(exif, _bytes(page, Base.XMLPacket))
+    iptc, photoshop = split(_bytes(page, _PHOTOSHOP) or b"")
+    alone = iptc_of(_bytes(page, _IPTC) or b"")
+    # ImageMagick cuts the one that stands alone to a quarter.
+    iptc = iptc if iptc and iptc.startswith(alone or b"") else alone
+    left_out = ("Photoshop's layers",) if _PHOTOSHOP_LAYERS in page.tags else ()
+    xmp = _bytes(page, Base.XMLPacket)
+    return Metadata(exif, xmp, iptc=iptc, photoshop=photoshop, left_out=left_out)
 
 
 def _called(value: object) -> str:
@@ -188,7 +202,8 @@ def _whole_range(samples: NDArray[Any], bits: int) -> NDArray[Any]:
 
 
 def _bytes(page: Any, tag: int) -> bytes | None:
-    value = page.tags.valueof(tag)
+    """Return the value of a tag that holds bytes, which tifffile may take for numbers."""
+    value: Any = page.tags.valueof(tag)
     return value if isinstance(value, bytes) else None
 
 
