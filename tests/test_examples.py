@@ -15,7 +15,8 @@ from relit import Landmarks, read_image, transfer
 from relit.photo.samples import sample
 
 drawn = functools.cache(figure)
-LONG = {"average": pytest.mark.rotating, "complexions": pytest.mark.rotating("complexions")}
+#: On the same day as the test below, which draws it as well.
+SHARED = {"complexions": pytest.mark.rotating("complexions")}
 
 
 @pytest.fixture(scope="session")
@@ -24,8 +25,9 @@ def faces(yaleb, portraits):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [pytest.param(name, marks=LONG.get(name, ())) for name in FIGURES])
-@pytest.mark.rotating
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=SHARED.get(name, pytest.mark.rotating)) for name in FIGURES]
+)
 def test_figures_are_drawn(name, faces, monkeypatch):
     # The average itself is held to the truth in test_yaleb; a part of it is drawn like the whole.
     monkeypatch.setattr(average, "EVERY", 24)
