@@ -188,12 +188,15 @@ def _between_knots(knots: Plane, x: NDArray[Any], y: NDArray[Any]) -> Plane:
         _pairs(np.clip(np.asarray(place, np.float64), 2 - _PAD, size - _PAD - 3) + _PAD)
         for place, size in ((x, knots.shape[1]), (y, knots.shape[0]))
     )
-    near = np.ascontiguousarray(knots[rows, columns])
+    near = knots[rows, columns]  # no copy: where the map shrinks much, it is large
+
+    def show(column: Plane, row: Plane) -> Plane:
+        made = cv2.remap(near, column, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        return np.asarray(made, np.float32).reshape(*x.shape, *knots.shape[2:])
+
     if knots.ndim == 3:
         at_x, at_y = at_x[..., None], at_y[..., None]
-    upper, lower = (
-        (left := at_places(near, x0, row)) + at_x * (at_places(near, x1, row) - left) for row in (y0, y1)
-    )
+    upper, lower = ((left := show(x0, row)) + at_x * (show(x1, row) - left) for row in (y0, y1))
     return np.asarray(upper + at_y * (lower - upper), np.float32)
 
 
