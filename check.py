@@ -7,11 +7,15 @@ import sys
 import tempfile
 import tomllib
 import venv
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 LINT = (("-m", "ruff", "check", "."), ("-m", "ruff", "format", "--check", "."), ("-m", "mypy"))
 COMPILE = ("-m", "tests.compiled")
 TESTS = ("-m", "pytest", "-n", "2", "--dist", "loadfile", "--no-loadscope-reorder", "--durations", "12")
+FOR_DEVELOPERS = {"dev", "training", "bench"}  # extras that nobody ships
 FAST = (*TESTS, "-m", "not slow and not e2e")
 
 
@@ -35,21 +39,42 @@ def check(*tests: str) -> None:
     run(sys.executable, tests)
 
 
+def project() -> dict[str, Any]:
+    table: dict[str, Any] = tomllib.loads(Path("pyproject.toml").read_text("utf-8"))["project"]
+    return table
+
+
 def lowest_versions() -> list[str]:
     """Return what `pyproject.toml` asks for, to run and to test, as pins to the lowest versions it allows."""
-    project = tomllib.loads(Path("pyproject.toml").read_text("utf-8"))["project"]
-    wanted = {*project["dependencies"], *project["optional-dependencies"]["dev"]}
+    wanted = {*project()["dependencies"], *project()["optional-dependencies"]["dev"]}
     return sorted(requirement.replace(">=", "==") for requirement in wanted)
+
+
+def extras_for_users() -> list[str]:
+    return sorted(project()["optional-dependencies"].keys() - FOR_DEVELOPERS)
+
+
+@contextmanager
+def environment(*requirements: str) -> Iterator[tuple[str, str]]:
+    """Make an environment for as long as it is needed; give its folder and its Python."""
+    with tempfile.TemporaryDirectory() as folder:
+        venv.create(folder, with_pip=True)
+        python = str(Path(folder, "Scripts" if os.name == "nt" else "bin", "python"))
+        run(python, ("-m", "pip", "install", "-q", "--only-binary", ":all:", *requirements))
+        yield folder, python
+
+
+def check_licences() -> None:
+    """Refuse what users may install under a licence that is not allowed."""
+    with environment(f".[{','.join(extras_for_users())}]") as (_folder, python):
+        run(sys.executable, ("-m", "tools.licences", python))
 
 
 def check_oldest() -> None:
     """Relight the samples, import the studio and run the fast tests with the lowest versions allowed."""
     pins = lowest_versions()
     print("\n".join(pins))
-    with tempfile.TemporaryDirectory() as folder:
-        venv.create(folder, with_pip=True)
-        python = str(Path(folder, "Scripts" if os.name == "nt" else "bin", "python"))
-        run(python, ("-m", "pip", "install", "-q", "--only-binary", ":all:", "-e", ".", *pins))
+    with environment("-e", ".", *pins) as (folder, python):
         relit = ("-c", "from relit.cli.app import main; main()")
         photos = ("photos/target.png", "photos/reference.jpg")
         run(
@@ -71,10 +96,15 @@ def main() -> int:
     only.add_argument(
         "--oldest", action="store_true", help="the fast tests with the lowest versions allowed: for a release"
     )
+    only.add_argument(
+        "--licences", action="store_true", help="those of all that users may install: for a release"
+    )
     chosen = parser.parse_args()
     try:
         if chosen.oldest:
             check_oldest()
+        elif chosen.licences:
+            check_licences()
         else:
             check(*(FAST if chosen.fast else TESTS), *(["--all"] if chosen.all else []))
     except CheckError as failure:

@@ -2,9 +2,13 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.ndimage import gaussian_filter, gaussian_gradient_magnitude
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
 
-from relit.compose.matte import REACH, eyes_and_teeth, matte
+from relit.compose.matte import REACH, eyes_and_teeth, matte, shortest_ways
 from relit.errors import LandmarkError
 from relit.face.detect import detect_landmarks
 from relit.face.landmark_files import read_landmarks
@@ -19,6 +23,7 @@ from relit.photo.reading import read_image
 from relit.photo.resampling import reduced
 from relit.photo.samples import sample
 from relit.relighting import transfer
+from relit.solver.neighborhoods import paired
 from tests.faces import off_the_face
 
 
@@ -56,6 +61,23 @@ def test_nothing_is_relit_out_of_reach(drawn):
     assert not mask[off_the_face(face, mask.shape, face_outline(face))].any()
     assert REACH == 0.9
     assert ((mask > 0.1) & (mask < 0.9)).any()
+
+
+@given(st.integers(1, 30), st.integers(1, 30), st.integers(0, 2**32 - 1))
+def test_shortest_ways_are_those_of_dijkstra(height, width, seed):
+    random = np.random.default_rng(seed)
+    start = random.random((height, width)) < 0.02
+    start[random.integers(height), random.integers(width)] = True
+    number = np.arange(start.size, dtype=np.int32).reshape(start.shape)
+    ways, edges = [], []
+    for step in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        here, there = paired(start.shape, step)
+        ways.append((here, there, random.uniform(0.02, 0.4, number[here].shape)))
+        edges.append([each.ravel() for each in (ways[-1][2], number[here], number[there])])
+    lengths, *ends = (np.concatenate(part) for part in zip(*edges, strict=True))
+    graph = coo_array((lengths, ends), shape=(start.size,) * 2).tocsr()
+    truth = dijkstra(graph, directed=False, indices=number[start], min_only=True)
+    np.testing.assert_array_equal(shortest_ways(start, ways).ravel(), np.minimum(truth, 1))
 
 
 def test_a_face_that_fills_the_frame_is_relit_whole():

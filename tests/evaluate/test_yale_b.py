@@ -12,6 +12,7 @@ import pytest
 from scipy.ndimage import shift
 from skimage.metrics import structural_similarity
 
+from relit.evaluate.yale_b import Light, YaleB
 from relit.face.landmarks import Landmarks
 from relit.photo.reading import read_image
 from relit.relighting import transfer
@@ -28,6 +29,19 @@ def score(image, truth):
         np.abs(gain * image - truth).mean() / 2.55,
         structural_similarity(gain * image, truth, data_range=255),
     )
+
+
+@pytest.mark.parametrize("shape", [(12, 9), (7, 8, 3)])
+def test_an_image_is_laid_over_the_frontal_one_as_scipy_shifts(shape, tmp_path):
+    image = np.random.default_rng(0).integers(0, 256, shape, np.uint8)
+    (tmp_path / "yaleB04").mkdir()
+    (tmp_path / "yaleB04" / "yaleB04_P00A+000E+00.pgm").touch()
+    for dy, dx in ((0.0, 0.0), (1.25, -2.5), (-30.5, 0.1)):
+        offsets = f"subject,azimuth,elevation,dy,dx\nyaleB04,5,10,{dy},{dx}\n"
+        (tmp_path / "registration_offsets.csv").write_text(offsets)
+        laid = YaleB(tmp_path).aligned(image, "yaleB04", Light(5, 10))
+        wanted = shift(image.astype(float), (-dy, -dx, 0)[: image.ndim], order=1, mode="nearest")
+        np.testing.assert_allclose(laid, wanted, atol=1e-9)
 
 
 @pytest.mark.rotating

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
+from scipy.ndimage import gaussian_filter
 
 from relit.face.detect import detect_landmarks
 from relit.face.landmarks import Landmarks
@@ -25,6 +27,19 @@ def test_normals_and_depth_of_a_ball_are_its_own(ball):
     assert shape.inside[face].all()
     assert not shape.inside[0].any()
     np.testing.assert_allclose(np.linalg.norm(shape.normals, axis=2), 1, atol=1e-5)
+
+
+def test_depth_is_scipys_between_the_landmarks_and_beyond_them():
+    landmarks = detect_landmarks(read_image(sample("target")).pixels)
+    shape = face_shape(landmarks, (400, 512))
+    y, x = np.indices((400, 512))
+    depth = landmarks.points[:, 2]
+    truth = LinearNDInterpolator(landmarks.xy, depth)(x, y)
+    beyond = np.isnan(truth)
+    np.testing.assert_array_equal(shape.head, ~beyond)
+    truth[beyond] = NearestNDInterpolator(landmarks.xy, depth)(x[beyond], y[beyond])
+    blurred = gaussian_filter(truth, 0.02 * landmarks.interocular_distance, mode="nearest")
+    np.testing.assert_allclose(shape.depth, blurred, atol=1e-3)
 
 
 def test_another_shape_lies_on_this_face(ball):

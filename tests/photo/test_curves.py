@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from scipy.special import ndtr
 
-from relit.photo.curves import exp, log, power
+from relit.photo.curves import exp, log, power, soft_step
 
 
 @given(
@@ -29,3 +30,8 @@ def test_shape_and_kind_stay(shape, dtype):
         assert made.shape == shape
         assert made.dtype == dtype
         np.testing.assert_allclose(made, truth(values), rtol=1e-5, atol=1e-6)
+
+
+def test_a_soft_step_is_scipys():
+    values = np.linspace(-9, 9, 100_001)
+    np.testing.assert_allclose(soft_step(values), ndtr(values), atol=1e-7)

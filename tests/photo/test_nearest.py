@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.ndimage import distance_transform_edt
+from scipy.spatial import cKDTree
 
-from relit.photo.nearest import nearest_in
+from relit.photo.nearest import nearest_in, nearest_of
 
 
 def check(mask):
@@ -34,3 +35,14 @@ def test_none_is_nearer_of_blobs(turned):
     y, x = np.mgrid[:500, :700]
     mask = (np.hypot(x - 300, (y - 200) / 1.4) < 90) | (np.hypot(x - 620, y - 430) < 30)
     check(mask.T if turned else mask)
+
+
+@given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 60), spread=st.floats(0, 400))
+def test_none_of_the_points_is_nearer(seed, count, spread):
+    rng = np.random.default_rng(seed)
+    points = rng.normal([40, 60], spread, (count, 2))
+    mask = rng.random((100, 75)) < 0.3
+    mask[:40, :40] = False
+    places = np.argwhere(mask)[:, ::-1]
+    away = np.linalg.norm(points[nearest_of(points, mask)] - places, axis=1)
+    np.testing.assert_allclose(away, cKDTree(points).query(places)[0])

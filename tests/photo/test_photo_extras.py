@@ -38,7 +38,8 @@ from tests.photo.photo_files import (
     ],
 )
 def test_without_the_extra_the_error_says_how_to_get_it(module, name, head, monkeypatch):
-    monkeypatch.setitem(sys.modules, module, None)
+    for library in (module, "pi_heif"):
+        monkeypatch.setitem(sys.modules, library, None)
     with pytest.raises(ImageError, match=rf"need an extra: pip install 'relit\[{name}\]'"):
         read(head)
 
@@ -54,9 +55,14 @@ def test_without_the_extra_it_is_not_written_either(tmp_path, monkeypatch):
 
 
 class TestHeic:
-    @pytest.fixture
-    def heif(self):
-        return pytest.importorskip("pillow_heif")
+    @pytest.fixture(params=["pillow_heif", "pi_heif"])
+    def heif(self, request, monkeypatch):
+        """What writes HEIC, while it or its twin reads it."""
+        writer = pytest.importorskip("pillow_heif")
+        if request.param == "pi_heif":
+            pytest.importorskip("pi_heif")
+            monkeypatch.setitem(sys.modules, "pillow_heif", None)
+        return writer
 
     def heic(self, heif, samples, mode, **info):
         """What libheif writes, lossless: RGB as it is, at 8 or 10 bits."""

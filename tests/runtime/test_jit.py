@@ -74,6 +74,33 @@ def test_our_own_method_brings_neither_compiler_nor_scipy_along():
 
 
 @pytest.mark.slow
+def test_without_scipy_all_but_one_baseline_works():
+    code = """
+import sys
+sys.modules["scipy"] = None  # what is None there is not found
+import numpy, relit
+from relit.errors import OptionError
+from relit.settings.methods import METHODS
+target, reference = relit.sample("target"), relit.sample("reference")
+there, here = relit.detect_landmarks(reference), relit.detect_landmarks(target)
+relit.align(reference, there, here, (512, 512))
+relit.decompose(target)
+relit.transfer(target, light="rembrandt", region="left")
+relit.transfer(target, light=(30, 20), target_landmarks=here.xy[::9])
+for method in METHODS:
+    second = {"second_reference": reference} if METHODS[method].needs_second else {}
+    try:
+        relit.transfer(target, reference, method=method, **second)
+    except OptionError as error:
+        print(error)
+import relit.cli.evaluate, relit.evaluate.evaluation
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    told = "method: wls needs an extra: pip install 'relit[baselines]'\n"
+    assert (done.stdout, done.stderr) == (told, "")
+
+
+@pytest.mark.slow
 @pytest.mark.rotating
 def test_nowhere_to_keep_the_compiled_functions_is_no_failure(tmp_path):
     shutil.copytree(

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 _TARGETS = 150_000_000  # bytes in memory: the largest faces that are looked at, in all their steps
 _PATIENCE = 120.0  # s to wait for what another process computes; then it is computed here as well
 _LIBRARIES = (
-    *("numpy", "scipy", "numba", "pillow", "opencv-python-headless"),
+    *("numpy", "numba", "pillow", "opencv-python-headless"),
     *("imagecodecs", "tifffile", "ai-edge-litert", "joblib"),
 )
 _DIGEST = 16  # bytes of a checksum

@@ -6,7 +6,7 @@ can be reached from the face without crossing an edge takes the change, less and
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from relit.face.regions import FaceRegions
     from relit.face.views import View
     from relit.photo.planes import PlaneSpace
+
+    Slices = tuple[slice, slice]
 
 #: How far beyond the face's outline skin is relit, in interocular distances.
 REACH = 0.9
@@ -83,29 +85,47 @@ def _away(colors: NDArray[np.float32], face: FaceRegions) -> NDArray[np.float32]
 
     Sideways it is farther than down: beyond the ears there is no skin, below the chin there is a neck.
     """
-    # Their import takes long, and our own method seldom asks for them.
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import dijkstra
-
     inside, up, iod = face.inside, face.up, face.interocular_distance
     cell = max(round(iod / _CELLS), 1)
     small = reduced(colors, cell)
-    start = np.flatnonzero(reduced(inside.astype(np.float32), cell) > 0.5)
-    # Older releases of SciPy search graphs of 32-bit indices alone.
-    number = np.arange(small.shape[0] * small.shape[1], dtype=np.int32).reshape(small.shape[:2])
-    pairs, costs = [], []
+    start = reduced(inside.astype(np.float32), cell) > 0.5
+    ways = []
     for step in ((0, 1), (1, 0), (1, 1), (1, -1)):
-        here, there = paired(small.shape[:2], step)
+        here, there = paired(start.shape, step)
         edge = np.linalg.norm(small[here] - small[there], axis=-1)
         down, across = abs(up @ step[::-1]), abs(up @ [step[0], -step[1]])
         length = cell * np.hypot(down, _SIDEWAYS * across) / (REACH * iod)
-        cost = length + _BARRIER * np.maximum(edge - _TEXTURE, 0)
-        pairs.append(np.stack([number[here].ravel(), number[there].ravel()]))
-        costs.append(cost.ravel())
-    graph = coo_array((np.concatenate(costs), np.hstack(pairs)), (number.size, number.size)).tocsr()
-    found = dijkstra(graph, directed=False, indices=start, min_only=True, limit=1.0)
-    away = np.asarray(np.minimum(found, 1), np.float32).reshape(number.shape)
+        ways.append((here, there, length + _BARRIER * np.maximum(edge - _TEXTURE, 0)))
+    away = shortest_ways(start, ways).astype(np.float32)
     return gaussian(Enlarger(away, cell, inside.shape).rows(0, inside.shape[0]), _EDGE * iod)
+
+
+def shortest_ways(
+    start: NDArray[np.bool_], ways: list[tuple[Slices, Slices, NDArray[Any]]]
+) -> NDArray[np.float64]:
+    """Return how long the shortest way from a start to each cell of a grid is; 1 where none is shorter.
+
+    Parameters
+    ----------
+    start : (h, w) bool array
+    ways : list of (slices, slices, array)
+        Cells, their neighbours, and how long it is from the ones to the others, above 0.
+
+    Examples
+    --------
+    >>> along = np.s_[:, :-1], np.s_[:, 1:], np.full((1, 4), 0.375)
+    >>> shortest_ways(np.eye(1, 5, dtype=bool), [along]).tolist()
+    [[0.0, 0.375, 0.75, 1.0, 1.0]]
+    """
+    away = np.where(start, 0.0, 1.0)
+    before = np.zeros_like(away)
+    # Every round goes a cell farther, and few are in reach.
+    while not np.array_equal(away, before):
+        before = away.copy()
+        for here, there, length in ways:
+            np.minimum(away[there], before[here] + length, out=away[there])
+            np.minimum(away[here], before[there] + length, out=away[here])
+    return away
 
 
 @remembered

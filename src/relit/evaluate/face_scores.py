@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt, gaussian_filter
 
 from relit.errors import ImageError
 from relit.evaluate.color_difference import ciede2000, lab, linear_light
 from relit.evaluate.scores import similarity_map
 from relit.photo.color import luma
+from relit.photo.doubles import gaussian
+from relit.photo.filters import distance_from
 
 _PEAK = 255.0
 _BLOTCH = 0.03  # of the face's width: what is finer than this is no blotch
@@ -150,7 +151,7 @@ def _error(got: NDArray[np.float64], wanted: NDArray[np.float64]) -> float:
 def _beside_head(face: NDArray[np.bool_], background: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return the background round the head; what is beside neck and shoulders does not count."""
     lowest = np.flatnonzero(face.any(axis=1))[-1]
-    near = background & (distance_transform_edt(background) <= _HALO)
+    near = background & (distance_from(~background) <= _HALO)
     near[lowest + 1 :] = False
     return near
 
@@ -161,6 +162,6 @@ def _spread(values: NDArray[np.float64], face: NDArray[np.bool_]) -> float:
     sigma = _BLOTCH * (columns[-1] - columns[0] + 1)
     plane = np.zeros((*face.shape, values.shape[1]))
     plane[face] = values
-    weight = gaussian_filter(face.astype(np.float64), sigma)
-    smooth = gaussian_filter(plane, (sigma, sigma, 0))[face] / weight[face][:, None]
+    weight = gaussian(face, sigma)
+    smooth = gaussian(plane, sigma)[face] / weight[face][:, None]
     return float(np.sqrt(smooth.var(axis=0).sum()))

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter
 
 from relit.errors import ImageError
 from relit.ltv.decomposition import normalize
+from relit.photo.doubles import window_mean
 
 _WINDOW = 7
 _K1, _K2 = 0.01, 0.03
@@ -133,16 +133,13 @@ def similarity_map(a: NDArray[np.float64], b: NDArray[np.float64], peak: float) 
 
     Beyond the edge, images are mirrored.
     """
-    size = (_WINDOW, _WINDOW) + (1,) * (a.ndim - 2)
     unbiased = _WINDOW**2 / (_WINDOW**2 - 1)
-
-    def local(image: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.asarray(uniform_filter(image, size))
-
-    mean_a, mean_b = local(a), local(b)
-    var_a = unbiased * (local(a * a) - mean_a**2)
-    var_b = unbiased * (local(b * b) - mean_b**2)
-    covariance = unbiased * (local(a * b) - mean_a * mean_b)
+    mean_a, mean_b, mean_aa, mean_bb, mean_ab = (
+        window_mean(plane, _WINDOW) for plane in (a, b, a * a, b * b, a * b)
+    )
+    var_a = unbiased * (mean_aa - mean_a**2)
+    var_b = unbiased * (mean_bb - mean_b**2)
+    covariance = unbiased * (mean_ab - mean_a * mean_b)
     c1, c2 = (_K1 * peak) ** 2, (_K2 * peak) ** 2
     brightness = (2 * mean_a * mean_b + c1) / (mean_a**2 + mean_b**2 + c1)
     structure = (2 * covariance + c2) / (var_a + var_b + c2)

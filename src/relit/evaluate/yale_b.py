@@ -23,7 +23,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import shift
 
 from relit.errors import ImageError, LandmarkError, OptionError
 from relit.face.detect import detect_landmarks
@@ -109,9 +108,7 @@ class YaleB:
 
     def aligned(self, image: NDArray[Any], subject: str, light: Light) -> NDArray[np.float64]:
         """Return what was taken, or made, under a light, laid over the subject's frontal image."""
-        dy, dx = self.offset(subject, light)
-        offset = (-dy, -dx) + (0,) * (image.ndim - 2)
-        return np.asarray(shift(image.astype(np.float64), offset, order=1, mode="nearest"))
+        return _moved(image, *self.offset(subject, light))
 
     def landmarks(self, subject: str, light: Light) -> Landmarks:
         """Return the landmarks of the frontal image, moved to that under a light."""
@@ -189,3 +186,14 @@ def read_table(path: Path, columns: Mapping[str, type]) -> list[dict[str, Any]]:
                     f"{path}: {column} of row {number}: expected {_WORDS[kind]}, got {row[column]!r}"
                 ) from None
     return rows
+
+
+def _moved(image: NDArray[Any], dy: float, dx: float) -> NDArray[np.float64]:
+    """Return what an image shows so many px further down and right, linearly; its ends are repeated."""
+    moved = image.astype(np.float64)
+    for axis, step in enumerate((dy, dx)):
+        first, share = divmod(step, 1)
+        places = np.arange(image.shape[axis]) + int(first)
+        one, other = (moved.take(places + further, axis, mode="clip") for further in (0, 1))
+        moved = (1 - share) * one + share * other
+    return moved

@@ -13,6 +13,7 @@ from relit.errors import LandmarkError
 from relit.face.hull import convex_hull
 from relit.face.landmarks import Landmarks
 from relit.face.outline import IN_PAIRS, across, drawn, face_outline, feature_hulls
+from relit.photo.curves import soft_step
 from relit.photo.filters import distance_from, gaussian
 
 if TYPE_CHECKING:
@@ -177,12 +178,10 @@ class FaceRegions:
             return np.ones(self.shape, np.float32)
         middle, right = self._halves
         if name in ("left", "right"):
-            from scipy.special import ndtr  # here alone: SciPy takes longer to be imported than all else
-
             y, x = np.indices(self.shape, np.float32)
             off = (x - middle[0]) * right[0] + (y - middle[1]) * right[1]
             off = off / (_SOFT_EDGE * self.interocular_distance)
-            return np.asarray(ndtr(off if name == "right" else -off), np.float32)
+            return soft_step(off if name == "right" else -off)
         rows = self.landmarks.groups.get(name)
         if rows is None:
             raise LandmarkError(

@@ -16,10 +16,12 @@ from relit.face.head import has_head, seen_head
 from relit.face.hull import convex_hull, polygon_area
 from relit.face.landmarks import Landmarks
 from relit.face.outline import drawn, face_outline
+from relit.face.rasterizer import rasterize
+from relit.face.triangles import delaunay
 from relit.photo.channels import repeated, squared_length
 from relit.photo.filters import gaussian
+from relit.photo.nearest import nearest_of
 from relit.runtime.memo import remembered
-from relit.runtime.threads import one_blas_thread
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -78,17 +80,14 @@ def face_shape(landmarks: Landmarks, shape: tuple[int, ...], *, of: Landmarks | 
     >>> face_shape(ramp, (10, 10)).normals[5, 5].astype(float).round(2).tolist()
     [0.71, 0.0, -0.71]
     """
-    # Its import takes longer than all the rest, and a transfer from one photo to another does without.
-    from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
-
     xy, points = landmarks.xy, with_depth(of or landmarks)
-    values = np.column_stack([_normals_at(points), points[:, 2]])
-    y, x = np.indices(shape[:2])
-    with one_blas_thread():
-        surface = LinearNDInterpolator(xy, values)(x, y)
-    outside = np.isnan(surface[..., 0])
-    surface[outside] = NearestNDInterpolator(xy, values)(x[outside], y[outside])
-    return _smoothed(surface, ~outside, landmarks, _SMOOTH)
+    values = np.column_stack([_normals_at(points), points[:, 2]]).astype(np.float32)
+    triangles = delaunay(xy)
+    seen = rasterize(np.column_stack([xy, np.zeros(len(xy))]), triangles, shape)
+    surface = seen.spread(values, triangles)
+    outside = ~seen.covered
+    surface[outside] = values[nearest_of(xy, outside)]
+    return _smoothed(surface, seen.covered, landmarks, _SMOOTH)
 
 
 @remembered
@@ -155,9 +154,7 @@ def with_depth(landmarks: Landmarks) -> NDArray[np.float64]:
 
 def _normals_at(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the normals at points of a mesh, towards the camera: means of those of the triangles there."""
-    from scipy.spatial import Delaunay  # as above
-
-    triangles = Delaunay(points[:, :2]).simplices
+    triangles = delaunay(points[:, :2])
     a, b, c = (points[triangles[:, corner]] for corner in range(3))
     facets = np.cross(b - a, c - a)  # as long as the triangle is large
     facets *= np.where(facets[:, 2:] > 0, -1, 1)

@@ -5,6 +5,8 @@ Each takes float32 or float64, of any shape, and gives the same.
 
 from __future__ import annotations
 
+from functools import cache
+from math import erf, sqrt
 from typing import TYPE_CHECKING, Any
 
 import cv2
@@ -47,6 +49,24 @@ def power(values: NDArray[Any], exponent: float) -> NDArray[Any]:
     [[0.0, 2.0]]
     """
     return _each(cv2.pow, values, exponent)
+
+
+def soft_step(values: NDArray[Any]) -> NDArray[np.float32]:
+    """Return a step at 0, from 0 to 1, blurred by a Gaussian of standard deviation 1.
+
+    Examples
+    --------
+    >>> soft_step(np.array([-9, 0, 1.0])).round(4).tolist()
+    [0.0, 0.5, 0.8413000106811523]
+    """
+    return np.asarray(np.interp(values, *_soft_step()), np.float32)
+
+
+@cache
+def _soft_step() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the step at places so near that lines between them are off by less than float32 is."""
+    x = np.linspace(-6, 6, 12 * 1024 + 1)
+    return x, np.array([(1 + erf(place / sqrt(2))) / 2 for place in x])
 
 
 def _each(function: Callable[..., Any], values: NDArray[Any], *more: float) -> NDArray[Any]:

@@ -1,4 +1,4 @@
-"""Which pixel of a mask is nearest to each one, told by how far away it is.
+"""Which pixel of a mask is nearest to each one, told by how far away it is; and which of some points.
 
 In each column the nearest one is soon found. Neighbours in a row whose nearest pixel is in the same column c
 tell it by their squared distances: ``(x + 1 - c)² - (x - c)² = 2 (x - c) + 1``.
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     Whole = NDArray[np.int32]
 
 _AT_ONCE = 2**18  # distances
+_TILE = 32  # px of a square whose pixels share the points that may be the nearest
 
 
 def nearest_in(mask: NDArray[np.bool_]) -> Whole:
@@ -52,3 +53,27 @@ def nearest_in(mask: NDArray[np.bool_]) -> Whole:
         column[some] = (down[some // width] + (x - some[:, None] % width) ** 2).argmin(axis=1)
     chosen = column.reshape(mask.shape)
     return np.asarray(row.take(y * width + chosen) * width + chosen)
+
+
+def nearest_of(points: NDArray[np.float64], where: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Return which of some points, as a row of (n, 2), is nearest to each of the k pixels of a mask.
+
+    Examples
+    --------
+    >>> nearest_of(np.array([[0.0, 0], [9, 0]]), np.array([[True, False, True, True, True, True]])).tolist()
+    [0, 0, 0, 0, 1]
+    """
+    found = np.zeros(where.shape, np.intp)
+    for top in range(0, where.shape[0], _TILE):
+        for left in range(0, where.shape[1], _TILE):
+            tile = np.s_[top : top + _TILE, left : left + _TILE]
+            if not where[tile].any():
+                continue
+            away = np.hypot(*(points - [left + _TILE / 2, top + _TILE / 2]).T)
+            # To and from the tile's middle, no pixel goes farther than half its diagonal.
+            near = np.flatnonzero(away <= away.min() + 1.5 * _TILE)
+            height, width = where[tile].shape
+            x = np.arange(left, left + width) - points[near, 0, None]
+            y = np.arange(top, top + height) - points[near, 1, None]
+            found[tile] = near[(x[:, None] ** 2 + y[..., None] ** 2).argmin(axis=0)]
+    return found[where]

@@ -14,10 +14,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
 
 from relit.ltv.decomposition import Decomposition
 from relit.methods.scene import Relit, Scene, as_planes, recombined, stacked
+from relit.photo.doubles import gaussian
 from relit.photo.pixels import DARKEST, to_unit
 
 if TYPE_CHECKING:
@@ -31,5 +31,5 @@ def relight(scene: Scene) -> Relit:
 
 def _split(image: NDArray[Any], lam: float) -> Decomposition:
     bright = np.maximum(to_unit(image), np.float32(DARKEST))
-    u = stacked([np.exp(gaussian_filter(np.log(plane), 1 / lam)) for plane in as_planes(bright)])
+    u = stacked([np.exp(gaussian(np.log(plane), 1 / lam)) for plane in as_planes(bright)])
     return Decomposition(u, np.asarray(bright / u, np.float32), lam, "gaussian")

@@ -17,9 +17,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
 
 from relit.methods.scene import Relit, Scene, as_planes, stacked
+from relit.photo.doubles import gaussian
 from relit.photo.pixels import DARKEST, to_unit
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def expression_ratio(scene: Scene) -> Relit:
     for target, old, new in _log_planes(scene):
         alike = np.clip(correlation(target, old, radius), 0, 1)
         ratio = new - old
-        relit.append(np.exp(target + alike * ratio + (1 - alike) * gaussian_filter(ratio, radius)))
+        relit.append(np.exp(target + alike * ratio + (1 - alike) * gaussian(ratio, radius)))
     return Relit(stacked(relit))
 
 
@@ -48,7 +48,7 @@ def correlation(a: NDArray[np.float64], b: NDArray[np.float64], radius: float) -
     """Return the normalised correlation of two planes in Gaussian windows; 0 where one of them is flat."""
 
     def mean(plane: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.asarray(gaussian_filter(plane, radius))
+        return gaussian(plane, radius)
 
     of_a, of_b = mean(a), mean(b)
     power = (mean(a * a) - of_a**2) * (mean(b * b) - of_b**2)

@@ -18,12 +18,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy import sparse
-from scipy.ndimage import uniform_filter
-from scipy.sparse.linalg import splu
 
+from relit.errors import OptionError
 from relit.ltv.decomposition import Decomposition
 from relit.methods.scene import Relit, Scene, as_planes, recombined, stacked
+from relit.photo.doubles import window_mean
 from relit.photo.pixels import DARKEST, to_unit
 
 if TYPE_CHECKING:
@@ -56,6 +55,12 @@ def _split(image: NDArray[Any], lam: float) -> Decomposition:
 
 def smoothed(f: NDArray[Any], strength: float) -> NDArray[np.float64]:
     """Return u of [1]_ for μ = `strength`."""
+    try:
+        from scipy import sparse
+        from scipy.sparse.linalg import splu
+    except ModuleNotFoundError:
+        raise OptionError("method: wls needs an extra: pip install 'relit[baselines]'") from None
+
     height, width = f.shape
     f = f.astype(np.float64)
     down, across = (strength / (np.abs(np.diff(f, axis=axis)) ** _ALPHA + _EPSILON) for axis in (0, 1))
@@ -74,7 +79,7 @@ def guided(guide: NDArray[Any], image: NDArray[Any], size: int) -> NDArray[np.fl
     """Return an image as, in windows of some size, a linear function of a guide [3]_."""
 
     def mean(plane: NDArray[Any]) -> NDArray[np.float64]:
-        return np.asarray(uniform_filter(plane.astype(np.float64), size, mode="nearest"))
+        return window_mean(plane, size, repeated=True)
 
     of_guide, of_image = mean(guide), mean(image)
     slope = (mean(guide * image) - of_guide * of_image) / (mean(guide * guide) - of_guide**2 + _GUIDE**2)

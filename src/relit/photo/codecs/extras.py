@@ -38,18 +38,24 @@ def _extra(library: str, name: str, what: str) -> Any:
         raise ImageError(f"{what} need an extra: pip install 'relit[{name}]'") from error
 
 
+def _heif() -> Any:
+    """Return a library for HEIC: pillow-heif, or its twin without an encoder, which is under the GPL."""
+    try:
+        return import_module("pillow_heif")
+    except ImportError:
+        return _extra("pi_heif", "heic", "HEIC files")
+
+
 def decode_heif(stream: BinaryIO, check_size: CheckSize) -> Photo:
     """Read the primary image of a HEIC; 10 and 12 bits become 16."""
-    library = _extra("pillow_heif", "heic", "HEIC files")
-    file = library.open_heif(stream, convert_hdr_to_8bit=False)
+    file = _heif().open_heif(stream, convert_hdr_to_8bit=False)
     image = file[file.primary_index]
     check_size(*image.size, 6)
-    samples = np.asarray(image)
+    samples = np.array(image)  # a copy: the memory of older releases goes with the image
     if samples.dtype == np.uint16:  # pillow-heif shifts fewer bits to the left
         bits = image.info["bit_depth"]
         samples = to_depth(samples >> (16 - bits), np.uint16, 2**bits - 1)
     if image.premultiplied_alpha:
-        samples = samples.copy()
         divide_by_alpha(samples)
     # libheif has turned the pixels already, as the file's own box tells; EXIF only repeats it.
     _orientation, metadata = put_upright(Metadata(image.info["exif"], image.info.get("xmp")))
