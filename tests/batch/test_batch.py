@@ -48,6 +48,7 @@ class TestCommand:
             "kept": 0,
             "ok": ROWS,
             "failed": 0,
+            "renamed": 0,
         }
         rows = table()
         assert [row["row"] for row in rows] == [str(n) for n in range(1, ROWS + 1)]

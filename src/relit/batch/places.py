@@ -138,14 +138,16 @@ def exists(place: str) -> bool:
 def version_of(place: str) -> str | None:
     """Return what changes whenever a file does; None where that cannot be told.
 
-    For a path, that is its size and the time of its last change in ns; for a URL, its size and a digest of
-    what its store says: a generation, an ETag or a time.
+    For a path, that is its size and two times in ns: that of its content, which copying tools set to what it
+    was elsewhere, and that of its entry, which nobody can set. They are compared for being the same, not for
+    which is later, so no clock has to be right. For a URL, it is the size and a digest of what its store
+    says: a generation, an ETag or a time.
     """
     path = path_of(place)
     try:
         if path is not None:
             found = path.stat()
-            return f"{found.st_size} {found.st_mtime_ns}"
+            return f"{found.st_size} {found.st_mtime_ns} {found.st_ctime_ns}"
         store, key = _store_of(place)
         info = store.info(key)
         told = next((name, info[name]) for name in _VERSIONS if info.get(name))

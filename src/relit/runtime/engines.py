@@ -53,9 +53,15 @@ class _Loky(Engine[Future[Any]]):
 
 
 def _begin(parent: int) -> None:
-    """Prepare a loky process: Ctrl-C is its parent's, and it ends when that is gone."""
+    """Prepare a loky process: Ctrl-C is its parent's, warnings are a line, and it ends when that is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    warnings.formatwarning = _in_one_line
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _in_one_line(message: Warning | str, *_: Any, **__: Any) -> str:
+    """Say what a worker warns of as the command does, without where in the code that was."""
+    return f"relit: warning: {message}\n"
 
 
 def _end_with(parent: int) -> None:
