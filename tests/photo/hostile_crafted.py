@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from crafted_cves import cves
 from crafted_landmarks import landmarks
 from crafted_metadata import metadata
 from crafted_photos import bmps, jpegs, others, pngs, pnms, webps
@@ -26,6 +27,7 @@ def crafted(*kinds: str) -> Iterator[Case]:
         "other": others,
         "metadata": metadata,
         "landmarks": landmarks,
+        "cves": cves,
     }
     for kind in kinds or parts:
         for name, data in parts[kind]():

@@ -242,7 +242,8 @@ def _parquet_records(stream: IO[bytes], place: str) -> Generator[_Record]:
     except OptionError:
         raise
     except (OSError, ValueError) as error:  # pyarrow's own are of these
-        raise OptionError(f"{place}: expected Parquet ({error}); write it anew") from None
+        told = " ".join(str(error).split())
+        raise OptionError(f"{place}: expected Parquet ({told}); write it anew") from None
 
 
 _READERS: dict[str, Callable[[IO[bytes], str], Generator[_Record]]] = {
