@@ -75,14 +75,23 @@ def _heif_profile(info: dict[str, Any]) -> bytes | None:
 def decode_raw(stream: BinaryIO, check_size: CheckSize) -> Photo:
     """Develop a camera raw file to 16-bit sRGB, upright, as the camera balanced and exposed it."""
     rawpy = _extra("rawpy", "raw", "camera raw files")
+    harm: list[bytes] = []
+
+    def is_of_harm(line: bytes) -> bool:
+        # LibRaw goes on with black where a file ends too soon, and tells stderr alone.
+        if told := line.startswith(b"unknown file: "):
+            harm.append(line)
+        return told
+
     try:
-        opened = rawpy.imread(stream)
+        with muted(is_of_harm):
+            opened = rawpy.imread(stream)
     except rawpy.LibRawFileUnsupportedError as error:
         raise ImageError(
             "starts with a preview, as camera raw files do, but is none that LibRaw knows; "
             "save the photo alone"
         ) from error
-    with opened as raw:
+    with opened as raw, muted(is_of_harm):
         check_size(raw.sizes.width, raw.sizes.height, 6)
         samples = raw.postprocess(
             output_bps=16,
@@ -91,6 +100,8 @@ def decode_raw(stream: BinaryIO, check_size: CheckSize) -> Photo:
             use_camera_wb=True,
             no_auto_bright=True,  # it would burn out the brightest 1 % of every photo
         )
+    if harm:
+        raise ImageError("the RAW data is damaged or cut short; get the file again")
     # LibRaw has turned the pixels already, as EXIF tells.
     _orientation, metadata = put_upright(read_metadata(stream))
     return Photo.from_samples(samples, metadata=metadata)
