@@ -7,6 +7,7 @@ it, which a lock beside it sees to; so its write-ahead log may lie on any disk t
 from __future__ import annotations
 
 import json
+import os
 import sqlite3
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import asdict
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _APPLICATION = 0x72656C74  # "relt": what the head of an SQLite file says of whose it is
+#: SQLite's MAX_PATHNAME is 512, with a zero at the end, and the names of its write-ahead log are longer by 8.
+_LONGEST = 503
 _BEGINNING = (
     "BEGIN IMMEDIATE",  # one transaction, so that there is never a file that does not say whose it is
     f"PRAGMA application_id = {_APPLICATION}",
@@ -142,6 +145,8 @@ class Journal:
 
     def _failed(self, error: Exception) -> OutputError:
         reason = getattr(error, "strerror", None) or error
+        if isinstance(error, sqlite3.Error) and len(os.fsencode(self.path.absolute())) > _LONGEST:
+            reason = f"SQLite takes paths of {_LONGEST} bytes at most"
         code = getattr(error, "sqlite_errorcode", None)  # SQLITE_ERROR: the tables are not what they were
         if (
             isinstance(error, (OSError, NotImplementedError, sqlite3.OperationalError))

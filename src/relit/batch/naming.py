@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 #: The folder, in that of the batch, for what is not a result.
 STATE = ".relit"
 
+_IS_WINDOWS = os.name == "nt"
 _PHOTOS = {extension for known in FORMATS.values() for extension in known.extensions}
 _TABLE = """CREATE TABLE {0} (
     stem BLOB, whole BLOB, place BLOB, times INT, PRIMARY KEY (stem, whole, place)
@@ -196,7 +197,7 @@ def _inside(output: str) -> str:
         raise OptionError(f"output: expected a path below the folder of the batch, got {output!r}")
     if not parts or parts[0].casefold() == STATE:
         raise OptionError(f"output: expected the name of a file, got {output!r}")
-    if os.name == "nt" and (safe := [portable(part) for part in parts]) != parts:
+    if _IS_WINDOWS and (safe := [portable(part) for part in parts]) != parts:
         raise OptionError(
             f"output: Windows cannot hold {output!r}; choose another, such as {'/'.join(safe)!r}"
         )

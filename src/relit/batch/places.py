@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import fsspec
 from fsspec.implementations.local import LocalFileSystem
 
+from relit.batch.long_paths import extended
 from relit.errors import ImageError, OptionError, OutputError, RelitError
 from relit.photo import patterns
 from relit.photo.atomic_files import save_atomically
@@ -44,7 +45,8 @@ def path_of(place: str) -> Path | None:
     """Return the path of a place on this machine, None for one elsewhere."""
     if "://" in place and not place.startswith("file://"):
         return None
-    return Path(place.removeprefix("file://"))
+    path = place.removeprefix("file://")
+    return Path(extended(os.path.abspath(path)) if os.name == "nt" else path)  # noqa: PTH100 (no links followed)
 
 
 def join(root: str, relative: str) -> str:
@@ -67,8 +69,10 @@ def _telling(place: str, what: str, hint: str, kind: type[RelitError]) -> Iterat
 def read_bytes(place: str) -> bytes:
     """Return what is in a file, or raise an `ImageError`; an `OptionError` where nobody knows such URLs."""
     with _telling(place, "read", "check the name", ImageError):
-        store, key = _store_of(place)
         try:
+            if (path := path_of(place)) is not None:
+                return path.read_bytes()
+            store, key = _store_of(place)
             return bytes(store.cat_file(key))
         except FileNotFoundError:
             hint = "; what is in memory is known to its own process alone" if _is_of(place, "memory") else ""

@@ -128,7 +128,7 @@ class Batch:
         """Refuse, by an `OptionError`, to go on with what was begun in another way."""
         folder, force = self.plan.folder, self.plan.force
         old = Path(folder, STATE, "journal.jsonl")
-        if not journal.path.exists() and old.exists() and not force:
+        if not places.exists(str(journal.path)) and places.exists(str(old)) and not force:
             raise OptionError(
                 f"{old}: is the journal of an earlier relit, which this one does not go on from; choose "
                 "another folder, or --force to make all anew"

@@ -15,7 +15,7 @@ from joblib.externals.loky import ProcessPoolExecutor
 
 from relit.errors import OptionError, WorkerLostError
 from relit.runtime.clusters import on_dask, on_ray
-from relit.runtime.engine import LOST, Engine, deaf_children, share, work
+from relit.runtime.engine import LOST, Engine, check_main, deaf_children, share, work
 from relit.runtime.threads import ONE_BLAS_THREAD
 
 if TYPE_CHECKING:
@@ -121,6 +121,7 @@ def engine(
     ...     [result for ended in running.run(abs, [(-3,)]) for _, result in ended]
     [3]
     """
+    check_main()
     if name not in _ENGINES:
         raise OptionError(f"engine: expected one of {', '.join(_ENGINES)}, got {name!r}")
     if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
