@@ -130,10 +130,8 @@ class Naming:
         return any(_parts(other.decode("utf-8", "surrogatepass")) != _parts(place) for (other,) in others)
 
     def _ask(self, command: str, table: str, place: str) -> list[Any]:
-        """Ask of a place: of targets with their folders, of references by their name alone."""
-        stem, whole = _stem(place), _parts(place)
-        given = (folded("/".join(stem if table == "targets" else stem[-1:])), folded("/".join(whole)), place)
-        return self._known.execute(command.format(table), [*map(_blob, given)]).fetchall()
+        given = _keys_from(table, place, counted_from(place))
+        return self._known.execute(command.format(table), given).fetchall()
 
 
 def suffixes_of(kind: str) -> list[str]:
@@ -144,10 +142,12 @@ def suffixes_of(kind: str) -> list[str]:
     )
 
 
-def _stem(place: str) -> tuple[str, ...]:
-    """Return the folders of a place and its name without its suffix."""
-    *folders, name = _parts(place)
-    return (*folders, _split_suffix(name)[0])
+@lru_cache(maxsize=4096)
+def _keys_from(table: str, place: str, cwd: str) -> tuple[bytes, bytes, bytes]:
+    """Return what a place goes by: targets by their folders and stem, references by their stem alone."""
+    *folders, name = _parts_from(place, cwd)
+    stem = [*(folders if table == "targets" else ()), _split_suffix(name)[0]]
+    return _blob(folded("/".join(stem))), _blob(folded("/".join([*folders, name]))), _blob(place)
 
 
 def _blob(text: str) -> bytes:
