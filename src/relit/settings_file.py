@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 _LARGEST = 4_000_000  # bytes
+_LONGEST_LINE = 400  # letters: all options take 260 to name
 _ROLES = ("target", "reference")
 
 
@@ -123,5 +124,11 @@ def read_settings(path: str | Path) -> Settings:
         raise OptionError(f"{path}: is larger than {_LARGEST} bytes, which no settings are")
     try:
         return from_json(data)
-    except OptionError as error:
-        raise OptionError(f"{path}: {error}") from None
+    except (OptionError, LandmarkError) as error:
+        raise type(error)(f"{path}: {_in_short(str(error))}") from None
+
+
+def _in_short(told: str) -> str:
+    """Return what is wrong as one line that ends: names and values in a file may be anything."""
+    line = "".join(letter if letter.isprintable() else " " for letter in told)
+    return line if len(line) <= _LONGEST_LINE else f"{line[:_LONGEST_LINE]} ..."

@@ -49,6 +49,7 @@ class TestCommand:
             "ok": ROWS,
             "failed": 0,
             "lossy": 0,
+            "renamed": 0,
         }
         rows = table()
         assert [row["row"] for row in rows] == [str(n) for n in range(1, ROWS + 1)]

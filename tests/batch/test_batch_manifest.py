@@ -126,7 +126,7 @@ class TestManifest:
             ("m.csv", "target,qqq,zzz\na,b,c", "unknown columns 'qqq', 'zzz'; expected some of target, ref"),
             ("m.csv", "target,target\na,b", "has column 'target' more than once"),
             ("m.csv", '"target\na', "expected CSV"),
-            ("m.csv", "target;reference\na;b", "unknown column 'target;reference'"),
+            ("m.csv", "target;refrence\na;b", "unknown column 'refrence'"),
             (
                 "m.jsonl",
                 '{"target": "a", "strenght": 1}',

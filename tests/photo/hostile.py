@@ -12,16 +12,20 @@ import threading
 import time
 import warnings
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from relit.batch.manifest import Manifest
 from relit.errors import RelitError
 from relit.face.landmark_files import read_landmarks
+from relit.photo.codecs.formats import FORMATS
 from relit.photo.photo import Photo
 from relit.photo.reading import read_image
 from relit.photo.writing import not_kept, write_image
+from relit.settings_file import read_settings
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -34,7 +38,8 @@ try:
 except ImportError:  # Windows
     resource = None  # type: ignore[assignment]
 
-PHOTOS = {".jpg", ".png", ".tif", ".webp", ".ppm", ".bmp"}
+PHOTOS = {".jpg", ".png", ".tif", ".webp", ".ppm", ".bmp", ".exr", ".heic", ".dng"}
+MANIFESTS = {".jsonl", ".parquet"}
 SECONDS = 10
 MEGABYTES = 2000
 _LOSSLESS = {"PNG", "TIFF", "PPM", "PGM", "BMP"}
@@ -57,6 +62,13 @@ def check(path: Path) -> str:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
+            if path.suffix == ".settings":
+                read_settings(path)
+                return "read"
+            if path.suffix in MANIFESTS:
+                for row in Manifest(str(path)):
+                    assert_one_line(f"{path}: {row.problem}", path)
+                return "read"
             if path.suffix not in PHOTOS:
                 found = read_landmarks(path)
                 assert found.points.shape[1] in (2, 3)
@@ -94,8 +106,13 @@ def assert_valid(photo: Photo) -> None:
 
 def assert_writable(photo: Photo) -> None:
     """Write a photo that is not too large to its own format, and read it again."""
-    if photo.pixels.size > 1 << 20:
+    if photo.pixels.size > 1 << 20 or photo.format not in FORMATS:  # HEIC and camera raw are only read
         return
+    own = FORMATS[photo.format]
+    if own.longest and max(photo.pixels.shape[:2]) > own.longest:  # what others write, and libjpeg does not
+        return
+    if photo.alpha is not None and not own.alpha:
+        photo = replace(photo, alpha=None)
     file = io.BytesIO()
     write_image(file, photo, format=photo.format)
     again = read_image(io.BytesIO(file.getvalue()))

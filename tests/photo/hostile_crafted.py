@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from crafted_cves import cves
 from crafted_landmarks import landmarks
 from crafted_metadata import metadata
 from crafted_photos import bmps, jpegs, others, pngs, pnms, webps
@@ -28,6 +29,7 @@ def crafted(*kinds: str) -> Iterator[Case]:
         "metadata": metadata,
         "texts": texts,
         "landmarks": landmarks,
+        "cves": cves,
     }
     for kind in kinds or parts:
         for name, data in parts[kind]():

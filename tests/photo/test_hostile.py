@@ -7,10 +7,12 @@ import sys
 import zlib
 from collections import Counter
 from contextlib import suppress
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 import pytest
+from crafted_cves import cves
 from hostile import PHOTOS, check, run
 from hostile_corpus import Case, landmark_files, mutants, photos, png
 from hostile_crafted import crafted
@@ -89,6 +91,27 @@ class TestFiles:
             if name == "cmyk.jpg":
                 continue
             assert check(path) == "read", name
+
+    @pytest.mark.parametrize(
+        "name",
+        [
+            *("plain.tif", "plain.png", "plain.jpg", "plain.webp", "plain.bmp", "plain.xml", "plain.json"),
+            pytest.param("plain.exr", marks=pytest.mark.skipif(not find_spec("OpenEXR"), reason="an extra")),
+            pytest.param("plain.dng", marks=pytest.mark.skipif(not find_spec("rawpy"), reason="an extra")),
+        ],
+    )
+    def test_what_known_faults_are_put_into_is_whole(self, name, tmp_path):
+        path = tmp_path / name
+        path.write_bytes(dict(cves())[f"cve-{name}"])
+        assert check(path) == "read"
+
+    def test_there_are_enough_of_known_faults(self):
+        names = [name for name, _ in cves()]
+        assert len(names) == len(set(names)) > 800
+        of = Counter(name.rpartition(".")[2] for name in names)
+        assert (
+            min(of[kind] for kind in ("tif", "png", "jpg", "webp", "bmp", "exr", "heic", "dng", "xml")) > 25
+        )
 
     @pytest.mark.slow
     def test_damaged(self, part_of, tmp_path):

@@ -8,6 +8,8 @@ import sys
 import numpy as np
 import pytest
 import tifffile
+from cve_cameras import raws
+from cve_exrs import exrs
 from PIL import Image
 
 from relit.errors import ImageError, OutputError
@@ -235,6 +237,13 @@ class TestCameraRaw:
         with pytest.raises(ImageError, match="the RAW data is damaged or cut short"):
             read(data[: len(data) // 2])
 
+    def test_one_whose_pixels_are_not_there_is_no_black_photo(self, capfd):
+        """LibRaw gives one, and tells stderr alone."""
+        data = dict(raws())["strip-far.dng"]
+        with pytest.raises(ImageError, match="the RAW data is damaged or cut short"):
+            read(data)
+        assert capfd.readouterr() == ("", "")
+
     def test_it_is_not_written(self, tmp_path):
         with pytest.raises(OutputError, match=r"no format to write goes by '\.dng'"):
             write_image(tmp_path / "a.dng", sample(np.uint8))
@@ -244,6 +253,11 @@ class TestOpenExr:
     @pytest.fixture(autouse=True)
     def library(self):
         return pytest.importorskip("OpenEXR")
+
+    def test_of_a_damaged_one_only_the_exception_speaks(self, capfd):
+        with pytest.raises(ImageError, match="the EXR data is damaged or cut short"):
+            read(dict(exrs())["offsets-zero.exr"])
+        assert capfd.readouterr() == ("", "")
 
     def exr(self, library, channels, **header):
         file = io.BytesIO()

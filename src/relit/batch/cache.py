@@ -137,8 +137,8 @@ class DiskCache(Keeper):
         for left in self._folder.glob(".relit-*.tmp"):
             left.unlink(missing_ok=True)
         entries = [(path.stat(), path) for path in self._folder.glob("*.npz")]
-        held = 0
-        for state, path in sorted(entries, key=lambda entry: -entry[0].st_mtime_ns):
+        now, held = time.time_ns(), 0
+        for state, path in sorted(entries, key=lambda entry: _asked_for(entry[0], now), reverse=True):
             if held + state.st_size > most_bytes:
                 path.unlink(missing_ok=True)
                 most_bytes = held  # whatever is older goes as well
@@ -172,6 +172,11 @@ def _read(path: Path) -> dict[str, NDArray[Any]] | None:
         _touch(path)
     with np.load(BytesIO(content), allow_pickle=False) as arrays:
         return dict(arrays)
+
+
+def _asked_for(state: os.stat_result, now: int) -> int:
+    """Return when an entry was asked for; one from the future is from before a clock was set back."""
+    return state.st_mtime_ns if state.st_mtime_ns <= now else 0
 
 
 def _touch(path: Path) -> None:

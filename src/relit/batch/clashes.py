@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import sqlite3
-import unicodedata
 from contextlib import closing
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from relit.batch import places
+from relit.batch.portable import folded
 from relit.errors import OptionError
 
 if TYPE_CHECKING:
@@ -90,8 +90,7 @@ def _key_of(place: str) -> bytes:
     if "://" not in place:
         folder, name = os.path.split(place)
         place = f"{_real(folder, counted_from(folder))}/{name}"
-    key = unicodedata.normalize("NFC", unicodedata.normalize("NFC", place).casefold())
-    return key.encode("utf-8", "surrogatepass")
+    return folded(place).encode("utf-8", "surrogatepass")
 
 
 @lru_cache(maxsize=4096)

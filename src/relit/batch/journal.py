@@ -7,14 +7,14 @@ it, which a lock beside it sees to; so its write-ahead log may lie on any disk t
 from __future__ import annotations
 
 import json
+import os
 import sqlite3
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from filelock import FileLock, Timeout
-
+from relit.batch.alone import alone_at
 from relit.batch.jobs import File, Outcome
 from relit.errors import OutputError
 
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _APPLICATION = 0x72656C74  # "relt": what the head of an SQLite file says of whose it is
+#: SQLite's MAX_PATHNAME is 512, with a zero at the end, and the names of its write-ahead log are longer by 8.
+_LONGEST = 503
 _BEGINNING = (
     "BEGIN IMMEDIATE",  # one transaction, so that there is never a file that does not say whose it is
     f"PRAGMA application_id = {_APPLICATION}",
@@ -49,16 +51,10 @@ class Journal:
         Where another process has it, or a file that no run wrote is in its place, an `OutputError` is raised.
         """
         self._is_there()
-        lock = FileLock(self.path.with_name(f"{self.path.name}.lock"))
         with ExitStack() as held:
             try:
-                self.path.parent.mkdir(parents=True, exist_ok=True)
-                held.enter_context(lock.acquire(timeout=0))
-            except Timeout:
-                raise OutputError(
-                    f"{self.path}: another run is at work here; wait for it, or choose another folder"
-                ) from None
-            except OSError as error:
+                held.enter_context(alone_at(self.path, self.path.with_name(f"{self.path.name}.lock")))
+            except NotImplementedError as error:
                 raise self._failed(error) from error
             held.enter_context(self._opened(str(self.path)))
             for command in _BEGINNING:
@@ -149,8 +145,13 @@ class Journal:
 
     def _failed(self, error: Exception) -> OutputError:
         reason = getattr(error, "strerror", None) or error
+        if isinstance(error, sqlite3.Error) and len(os.fsencode(self.path.absolute())) > _LONGEST:
+            reason = f"SQLite takes paths of {_LONGEST} bytes at most"
         code = getattr(error, "sqlite_errorcode", None)  # SQLITE_ERROR: the tables are not what they were
-        if isinstance(error, (OSError, sqlite3.OperationalError)) and code != sqlite3.SQLITE_ERROR:
+        if (
+            isinstance(error, (OSError, NotImplementedError, sqlite3.OperationalError))
+            and code != sqlite3.SQLITE_ERROR
+        ):
             told = f"cannot be written ({reason}); choose another place with --journal"
         else:
             told = f"is damaged ({reason}); move it away, and use --force, which does all rows again"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
 import io
 import json
@@ -11,6 +12,7 @@ from dataclasses import dataclass, fields
 from difflib import get_close_matches
 from functools import partial
 from hashlib import file_digest
+from itertools import chain
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
@@ -21,11 +23,12 @@ from relit.settings.options import TransferOptions
 
 if TYPE_CHECKING:
     from _csv import Reader
-    from collections.abc import Callable, Generator, Iterator, Sequence
+    from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 
 _PLACES = ("target", "reference", "target_landmarks", "reference_landmarks", "output")
 _FIELDS = {option.name: option for option in fields(TransferOptions)}
 _COLUMNS = (*_PLACES, *_FIELDS)
+_SHOWN = 5  # columns that a message names
 _TRUTH = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 
 # A row as a reader gives it: values by column, or what is wrong with it.
@@ -136,20 +139,37 @@ def _check_columns(names: Sequence[str], where: str, *, of_all_rows: bool = True
         near = get_close_matches(unknown[0], _COLUMNS, 1)
         told = f"did you mean {near[0]!r}?" if near else f"expected some of {', '.join(_COLUMNS)}"
         several = "s" if len(unknown) > 1 else ""
-        raise OptionError(f"{where}: unknown column{several} {', '.join(map(repr, unknown))}; {told}")
+        named = ", ".join(map(repr, unknown[:_SHOWN])) + (", ..." if len(unknown) > _SHOWN else "")
+        raise OptionError(f"{where}: unknown column{several} {named}; {told}")
     if twice := [name for name in _COLUMNS if names.count(name) > 1]:
         raise OptionError(f"{where}: has column {twice[0]!r} more than once; keep one")
     if of_all_rows and "target" not in names:
         raise OptionError(f"{where}: has no column 'target'; name the columns in the first row")
 
 
-def _csv_records(stream: IO[bytes], place: str) -> Generator[_Record]:
+def _text(stream: IO[bytes], newline: str) -> io.TextIOWrapper:
+    """Return a file's text: UTF-8, or UTF-16 as Excel writes it, which a byte order mark tells."""
+    head = stream.read(2)
+    stream.seek(0)
+    if head in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+        return io.TextIOWrapper(stream, "utf-16", errors="replace", newline=newline)
     # File names need not be UTF-8; bytes that are not go through unharmed.
-    text = io.TextIOWrapper(stream, "utf-8-sig", errors="surrogateescape", newline="")
+    return io.TextIOWrapper(stream, "utf-8-sig", errors="surrogateescape", newline=newline)
+
+
+def _csv_records(stream: IO[bytes], place: str) -> Generator[_Record]:
+    text = _text(stream, "")
     try:
-        yield from _csv_lines(csv.reader(text, strict=True), place)
+        head = next((line for line in text if line.strip()), "")
+        yield from _csv_lines(csv.reader(chain([head], text), delimiter=_delimiter(head), strict=True), place)
     finally:
         text.detach()
+
+
+def _delimiter(head: str) -> str:
+    """Return what is between columns: where commas are in numbers, Excel takes semicolons; else, or tabs."""
+    columns = {mark: [name.strip(' \t\r\n"') for name in head.split(mark)] for mark in ",;\t"}
+    return max(columns, key=lambda mark: sum(name in _COLUMNS for name in columns[mark]))
 
 
 def _csv_lines(reader: Reader, place: str) -> Iterator[_Record]:
@@ -170,7 +190,7 @@ def _csv_lines(reader: Reader, place: str) -> Iterator[_Record]:
             names = [name.strip() for name in cells]
             _check_columns(names, place)
         elif any(cell.strip() for cell in cells[len(names) :]):
-            yield f"expected {len(names)} cells, got {len(cells)}; quote cells that hold a comma"
+            yield f"expected {len(names)} cells, got {len(cells)}; quote cells that hold what parts them"
         else:
             yield dict(zip(names, cells, strict=False))
     if not names:
@@ -178,14 +198,21 @@ def _csv_lines(reader: Reader, place: str) -> Iterator[_Record]:
 
 
 def _json_records(stream: IO[bytes], place: str) -> Generator[_Record]:
+    text = _text(stream, "\n")
+    try:
+        yield from _json_lines(text, place)
+    finally:
+        text.detach()
+
+
+def _json_lines(lines: Iterable[str], place: str) -> Iterator[_Record]:
     number = 0
-    for line in stream:
-        text = line.decode("utf-8-sig" if number == 0 else "utf-8", "surrogateescape")
-        if not text.strip():
+    for line in lines:
+        if not line.strip():
             continue
         number += 1
         try:
-            record = json.loads(text)
+            record = json.loads(line)
         except (ValueError, RecursionError) as error:
             yield f"expected a line of JSON ({error}); write it anew"
             continue
@@ -215,7 +242,8 @@ def _parquet_records(stream: IO[bytes], place: str) -> Generator[_Record]:
     except OptionError:
         raise
     except (OSError, ValueError) as error:  # pyarrow's own are of these
-        raise OptionError(f"{place}: expected Parquet ({error}); write it anew") from None
+        told = " ".join(str(error).split())
+        raise OptionError(f"{place}: expected Parquet ({told}); write it anew") from None
 
 
 _READERS: dict[str, Callable[[IO[bytes], str], Generator[_Record]]] = {

@@ -11,6 +11,7 @@ from weakref import finalize
 
 from relit.batch.clashes import RECENT, counted_from
 from relit.batch.jobs import KINDS, Job, options_with
+from relit.batch.portable import folded, marked, portable
 from relit.errors import OptionError
 from relit.face.landmark_files import FORMATS as LANDMARK_FORMATS
 from relit.photo.codecs.formats import FORMATS
@@ -23,9 +24,15 @@ if TYPE_CHECKING:
 #: The folder, in that of the batch, for what is not a result.
 STATE = ".relit"
 
+_IS_WINDOWS = os.name == "nt"
 _PHOTOS = {extension for known in FORMATS.values() for extension in known.extensions}
-_COUNT = "INSERT INTO {0} VALUES (?, ?, 1) ON CONFLICT DO UPDATE SET times = times + 1"
-_TABLE = "CREATE TABLE {0} (name BLOB, place BLOB, times INT, PRIMARY KEY (name, place)) WITHOUT ROWID"
+_TABLE = """CREATE TABLE {0} (
+    stem BLOB, whole BLOB, place BLOB, times INT, PRIMARY KEY (stem, whole, place)
+) WITHOUT ROWID"""
+_COUNT = "INSERT INTO {0} VALUES (?, ?, ?, 1) ON CONFLICT DO UPDATE SET times = times + 1"
+_TIMES = "SELECT times FROM {0} WHERE stem = ? AND whole = ? AND place = ?"
+_SAME_STEM = "SELECT 1 FROM {0} WHERE stem = ?1 AND place <> ?3 LIMIT 1"
+_SAME_WHOLE = "SELECT place FROM {0} WHERE stem = ?1 AND whole = ?2 AND place <> ?3 LIMIT 9"
 
 
 class Naming:
@@ -33,7 +40,10 @@ class Naming:
 
     A target below the folder that all targets have in common keeps its name below the folder of the batch,
     as far as what is written can have its suffix. Where it occurs more than once, the name of the reference
-    follows. Where a name would then fit several targets, or several references, it is told in full.
+    follows. Where a name would then fit several targets, or several references, it is told in full; and where
+    they differ by what some system does not tell apart, upper and lower case or how an accent is spelled, a
+    digest follows. Names that some system cannot hold are replaced, as `portable` has it. One in the column
+    output stays as it is given.
 
     The options are those of the command; the suffix, that of the files to write instead of the targets' own.
 
@@ -50,6 +60,7 @@ class Naming:
     def __init__(self, rows: Rows, kind: str, options: TransferOptions, suffix: str | None = None) -> None:
         self.kind, self.options, self.suffix = kind, options, suffix
         self.rows = 0  # how many there are
+        self.renamed = 0  # how many jobs were given the name of a target that some system could not hold
         self._known = sqlite3.connect("", isolation_level=None)  # a temporary file of its own
         finalize(self, self._known.close)
         self._root: tuple[str, ...] | None = None
@@ -62,12 +73,12 @@ class Naming:
             self.rows += 1
             if row.problem or row.output:
                 continue
-            self._ask(_COUNT.format("targets"), _stem(row.target), row.target)
+            self._ask(_COUNT, "targets", row.target)
             self._root = _common(self._root, row.target)
             if row.reference and row.reference not in noted:
                 noted = noted if len(noted) < RECENT else set()
                 noted.add(row.reference)
-                self._ask(_COUNT.format("lights"), _stem(row.reference)[-1:], row.reference)
+                self._ask(_COUNT, "lights", row.reference)
                 self._reference_root = _common(self._reference_root, row.reference)
         self._known.execute("COMMIT")
 
@@ -93,29 +104,34 @@ class Naming:
         suffix = KINDS[self.kind].suffix if self.suffix is None else self.suffix
         if suffix is None:
             suffix = own if own.lower() in _PHOTOS else ".png"
-        alike = suffix != own and self._is_shared("targets", _stem(row.target), row.target)
-        told = last if alike else stem
-        times = "SELECT times FROM targets WHERE name = ? AND place = ?"
-        if self.kind == "transfer" and self._ask(times, _stem(row.target), row.target)[0] > 1:
+        is_alike = self._is_alike("targets", row.target)
+        in_full = suffix != own and not is_alike and self._ask(_SAME_STEM, "targets", row.target)
+        told = last if in_full else stem
+        if self.kind == "transfer" and self._ask(_TIMES, "targets", row.target)[0][0] > 1:
             told += f"__{self._light(row)}"
-        return "/".join([*filter(None, folders), told + suffix])
+        wanted = [*filter(None, folders), told + suffix]
+        end = marked(wanted[-1], "/".join([*folders, last])) if is_alike else wanted[-1]
+        safe = [portable(name) for name in (*wanted[:-1], end)]
+        self.renamed += safe != wanted
+        return "/".join(safe)
 
     def _light(self, row: Row) -> str:
         if row.reference is None:
             return str(dict(row.options).get("light", self.options.light))
         parts = _parts(row.reference)
-        if self._is_shared("lights", _stem(row.reference)[-1:], row.reference):
-            return "-".join(parts[len(self._reference_root or ()) :])
-        return _split_suffix(parts[-1])[0]
+        if not self._ask(_SAME_STEM, "lights", row.reference):
+            return _split_suffix(parts[-1])[0]
+        told = "-".join(below := parts[len(self._reference_root or ()) :])
+        return marked(told, "/".join(below)) if self._is_alike("lights", row.reference) else told
 
-    def _ask(self, command: str, name: tuple[str, ...], place: str) -> Any:
-        return self._known.execute(command, (_blob("/".join(name)), _blob(place))).fetchone()
+    def _is_alike(self, table: str, place: str) -> bool:
+        """Return whether some system takes another place for this one, though it is written otherwise."""
+        others = self._ask(_SAME_WHOLE, table, place)
+        return any(_parts(other.decode("utf-8", "surrogatepass")) != _parts(place) for (other,) in others)
 
-    def _is_shared(self, table: str, name: tuple[str, ...], place: str) -> bool:
-        """Return whether other places go by a name as well."""
-        return (
-            self._ask(f"SELECT 1 FROM {table} WHERE name = ? AND place <> ? LIMIT 1", name, place) is not None
-        )
+    def _ask(self, command: str, table: str, place: str) -> list[Any]:
+        given = _keys_from(table, place, counted_from(place))
+        return self._known.execute(command.format(table), given).fetchall()
 
 
 def suffixes_of(kind: str) -> list[str]:
@@ -126,10 +142,12 @@ def suffixes_of(kind: str) -> list[str]:
     )
 
 
-def _stem(place: str) -> tuple[str, ...]:
-    """Return the folders of a place and its name without its suffix."""
-    *folders, name = _parts(place)
-    return (*folders, _split_suffix(name)[0])
+@lru_cache(maxsize=4096)
+def _keys_from(table: str, place: str, cwd: str) -> tuple[bytes, bytes, bytes]:
+    """Return what a place goes by: targets by their folders and stem, references by their stem alone."""
+    *folders, name = _parts_from(place, cwd)
+    stem = [*(folders if table == "targets" else ()), _split_suffix(name)[0]]
+    return _blob(folded("/".join(stem))), _blob(folded("/".join([*folders, name]))), _blob(place)
 
 
 def _blob(text: str) -> bytes:
@@ -179,4 +197,8 @@ def _inside(output: str) -> str:
         raise OptionError(f"output: expected a path below the folder of the batch, got {output!r}")
     if not parts or parts[0].casefold() == STATE:
         raise OptionError(f"output: expected the name of a file, got {output!r}")
+    if _IS_WINDOWS and (safe := [portable(part) for part in parts]) != parts:
+        raise OptionError(
+            f"output: Windows cannot hold {output!r}; choose another, such as {'/'.join(safe)!r}"
+        )
     return "/".join(parts)

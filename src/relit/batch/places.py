@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import fsspec
 from fsspec.implementations.local import LocalFileSystem
 
+from relit.batch.long_paths import extended
 from relit.errors import ImageError, OptionError, OutputError, RelitError
 from relit.photo import patterns
 from relit.photo.atomic_files import save_atomically
@@ -44,7 +45,8 @@ def path_of(place: str) -> Path | None:
     """Return the path of a place on this machine, None for one elsewhere."""
     if "://" in place and not place.startswith("file://"):
         return None
-    return Path(place.removeprefix("file://"))
+    path = place.removeprefix("file://")
+    return Path(extended(os.path.abspath(path)) if os.name == "nt" else path)  # noqa: PTH100 (no links followed)
 
 
 def join(root: str, relative: str) -> str:
@@ -67,8 +69,10 @@ def _telling(place: str, what: str, hint: str, kind: type[RelitError]) -> Iterat
 def read_bytes(place: str) -> bytes:
     """Return what is in a file, or raise an `ImageError`; an `OptionError` where nobody knows such URLs."""
     with _telling(place, "read", "check the name", ImageError):
-        store, key = _store_of(place)
         try:
+            if (path := path_of(place)) is not None:
+                return path.read_bytes()
+            store, key = _store_of(place)
             return bytes(store.cat_file(key))
         except FileNotFoundError:
             hint = "; what is in memory is known to its own process alone" if _is_of(place, "memory") else ""
@@ -138,14 +142,16 @@ def exists(place: str) -> bool:
 def version_of(place: str) -> str | None:
     """Return what changes whenever a file does; None where that cannot be told.
 
-    For a path, that is its size and the time of its last change in ns; for a URL, its size and a digest of
-    what its store says: a generation, an ETag or a time.
+    For a path, that is its size and two times in ns: that of its content, which copying tools set to what it
+    was elsewhere, and that of its entry, which nobody can set. They are compared for being the same, not for
+    which is later, so no clock has to be right. For a URL, it is the size and a digest of what its store
+    says: a generation, an ETag or a time.
     """
     path = path_of(place)
     try:
         if path is not None:
             found = path.stat()
-            return f"{found.st_size} {found.st_mtime_ns}"
+            return f"{found.st_size} {found.st_mtime_ns} {found.st_ctime_ns}"
         store, key = _store_of(place)
         info = store.info(key)
         told = next((name, info[name]) for name in _VERSIONS if info.get(name))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import time
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from itertools import islice
@@ -11,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from relit._version import VERSION
 from relit.batch import places
+from relit.batch.alone import alone_at
 from relit.batch.clashes import check_names
 from relit.batch.jobs import KINDS, Outcome
 from relit.batch.journal import Journal
@@ -94,6 +97,7 @@ class Batch:
         self._naming = Naming(rows, plan.kind, options, suffix)
         every = ((row, self._naming.job(row)) for row in rows)
         check_names(every, plan.kind, plan.folder, map(str, where))
+        self.renamed = self._naming.renamed  # all rows were named once by now
         self.total = min(self._naming.rows, limit or self._naming.rows)
         used = {name: getattr(options, name) for name in KINDS[plan.kind].options}
         #: What must be the same for a run to go on with what another has begun.
@@ -125,7 +129,7 @@ class Batch:
         """Refuse, by an `OptionError`, to go on with what was begun in another way."""
         folder, force = self.plan.folder, self.plan.force
         old = Path(folder, STATE, "journal.jsonl")
-        if not journal.path.exists() and old.exists() and not force:
+        if not places.exists(str(journal.path)) and places.exists(str(old)) and not force:
             raise OptionError(
                 f"{old}: is the journal of an earlier relit, which this one does not go on from; choose "
                 "another folder, or --force to make all anew"
@@ -206,9 +210,9 @@ def carry_out(
     Of `facts`, the record tells; `tell` is as for `run`. An `OptionError` is raised where results of other
     settings are there, an `OutputError` where another run is at work, or a file of another is in the way.
     """
-    started, where = datetime.now(UTC), batch.where
+    started, start, where = datetime.now(UTC), time.monotonic(), batch.where
     batch.check_journal(Journal(where.journal))  # before there is one
-    with Journal(where.journal).writing() as journal:
+    with Journal(where.journal).writing() as journal, _alone_in(batch.plan.folder):
         batch.check_journal(journal)
         for place in (where.results, where.record):
             name = _from(batch.plan.folder, place)
@@ -220,14 +224,25 @@ def carry_out(
         with workers as engine:
             counts = run(batch, journal, engine, tell)
         write_table(where.results, batch.rows(), journal)
-    ended = datetime.now(UTC)
     times = {
         "started": started.isoformat(timespec="seconds"),
-        "ended": ended.isoformat(timespec="seconds"),
-        "seconds": round((ended - started).total_seconds(), 3),
+        "ended": datetime.now(UTC).isoformat(timespec="seconds"),
+        "seconds": round(time.monotonic() - start, 3),  # whatever happens to the clock
     }
-    write_record(where.record, batch.settings | facts | asdict(counts) | times)
+    told = batch.settings | facts | asdict(counts) | {"renamed": batch.renamed} | times
+    write_record(where.record, told)
     return counts
+
+
+@contextmanager
+def _alone_in(folder: str) -> Iterator[None]:
+    """Keep out runs whose journal is another, so that they do not write one file or clear up at a time."""
+    path = places.path_of(folder)
+    with ExitStack() as held:
+        if path is not None:
+            with suppress(NotImplementedError):  # the disk knows no locks; the journal, elsewhere, has one
+                held.enter_context(alone_at(folder, Path(path, STATE, "folder.lock")))
+        yield
 
 
 def _from(folder: str, place: str) -> str:

@@ -111,15 +111,19 @@ def _unharmed(job: Job, plan: Plan, files: Sequence[File]) -> tuple[File, ...]:
 
 
 def _write(place: str, data: bytes, *, replaceable: bool) -> File:
-    if not replaceable and places.exists(place):
+    try:
+        places.write_atomically(place, data, overwrite=replaceable)
+    except OutputError:
+        if replaceable or not places.exists(place):
+            raise
+        # There before, or put there this moment, as by a worker of a run that was killed.
         found = places.read_bytes(place)
-        # An empty file is what a kill leaves behind on a file system without hard links.
-        if found not in (b"", data):
+        if found == b"":  # what a kill leaves behind on a file system without hard links
+            places.write_atomically(place, data, overwrite=True)
+        elif found != data:
             raise OutputError(
                 f"{place}: exists already, and this batch did not write it; move it away, or use --force"
-            )
-        replaceable = True
-    places.write_atomically(place, data, overwrite=replaceable)
+            ) from None
     return File(sha256(data).hexdigest(), places.version_of(place))
 
 

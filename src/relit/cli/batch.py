@@ -17,6 +17,7 @@ from relit.cli.options import force_option, json_option, settings_of, transfer_o
 from relit.cli.progress import rows_done
 from relit.cli.rows import foresee, rows_of, suffix_of
 from relit.cli.telling import (
+    is_quiet,
     is_verbose,
     is_watched,
     loudness_options,
@@ -200,11 +201,18 @@ def batch(
             click.echo("relit: the same command goes on from here", err=True)
             raise
     if as_json:
-        report(True, output=output, results=where.results, journal=str(where.journal), **asdict(counts))
+        where_told = {"output": output, "results": where.results, "journal": str(where.journal)}
+        report(True, **where_told, renamed=todo.renamed, **asdict(counts))
     if (is_watched() or is_verbose()) and not as_json:
         told = f"{counts.ok} rows done, {counts.kept} done before, {counts.failed} failed"
         click.echo(printable(f"wrote into {output}, with a table in {where.results}: {told}"), err=True)
     warn_of_lossy_rows(counts.lossy, where.results)
+    if todo.renamed and not is_quiet():
+        click.echo(
+            f"relit: {todo.renamed} results have other names than their targets, whose names some system "
+            f"cannot hold or tell apart; {printable(where.results)} has both",
+            err=True,
+        )
     if counts.failed:
         click.echo(
             f"relit: {counts.failed} of {counts.total} rows failed; {printable(where.results)} says why",

@@ -29,6 +29,7 @@ from relit.photo.color import luma
 from relit.photo.pixels import to_unit
 from relit.relighting import transfer
 from relit.results import TransferResult
+from relit.runtime.engine import check_main
 from relit.settings.methods import WITH_SECOND_REFERENCE
 from relit.settings.options import TransferOptions
 from relit.warp.alignment import lay_over
@@ -215,6 +216,7 @@ def evaluate(
     if jobs == 1:
         yield from map(outcomes_of, cases)
         return
+    check_main()
     # Forking a process that has threads can hang it.
     with ProcessPoolExecutor(jobs, get_context("spawn"), _prepare_process) as pool:
         futures = [pool.submit(outcomes_of, case) for case in cases]
@@ -223,7 +225,8 @@ def evaluate(
                 yield done.result()
         except BrokenProcessPool as error:
             raise RelitError(
-                "jobs: a process of the evaluation died, as it does where memory runs out; use fewer of them"
+                "jobs: a process of the evaluation died, as it does where memory runs out, or where a script "
+                'has no line if __name__ == "__main__":; use fewer of them'
             ) from error
         finally:
             pool.shutdown(wait=False, cancel_futures=True)

@@ -15,11 +15,8 @@ References
 
 from __future__ import annotations
 
-import os
 import threading
-from contextlib import contextmanager
 from importlib import resources
-from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import cv2
@@ -27,9 +24,11 @@ import numpy as np
 from PIL import Image
 
 from relit.face.boxes import BOX_SIDE, decode_boxes, probability
+from relit.runtime.muting import muted
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
+    from contextlib import AbstractContextManager
 
     from numpy.typing import NDArray
 
@@ -143,7 +142,6 @@ def _brightened(crop: NDArray[np.float32], gamma: float) -> NDArray[np.float32]:
 
 
 _local = threading.local()
-_loading = threading.Lock()
 _ANNOUNCEMENT = b"INFO: Created TensorFlow Lite XNNPACK delegate for CPU."
 
 
@@ -161,28 +159,13 @@ def _load(model: str) -> Any:
     from ai_edge_litert.interpreter import Interpreter
 
     content = resources.files("relit.face").joinpath("models", model).read_bytes()
-    with _loading, _unannounced():
+    with _unannounced():
         # One thread, for the same bits everywhere.
         interpreter = Interpreter(model_content=content, num_threads=1)
         interpreter.allocate_tensors()
     return interpreter
 
 
-@contextmanager
-def _unannounced() -> Iterator[None]:
-    """Keep from stderr that XNNPACK is at work; what other threads write there meanwhile comes after."""
-    try:
-        stderr = os.dup(2)
-    except OSError:  # closed, as of a service
-        yield
-        return
-    with TemporaryFile() as meanwhile:
-        os.dup2(meanwhile.fileno(), 2)
-        try:
-            yield
-        finally:
-            os.dup2(stderr, 2)
-            os.close(stderr)
-            meanwhile.seek(0)
-            lines = meanwhile.read().splitlines(keepends=True)
-            os.write(2, b"".join(line for line in lines if line.strip() != _ANNOUNCEMENT))
+def _unannounced() -> AbstractContextManager[None]:
+    """Keep from stderr that XNNPACK is at work."""
+    return muted(lambda line: line.strip() == _ANNOUNCEMENT)

@@ -7,6 +7,7 @@ very process where there is one worker (joblib 1.6); so here is a loop over thei
 
 from __future__ import annotations
 
+import multiprocessing
 import signal
 from abc import ABC, abstractmethod
 from collections import deque
@@ -108,6 +109,18 @@ def work(threads: int, function: Callable[..., Any], *args: Any) -> Any:
     """Call a function: what the libraries run in the workers."""
     with limit(threads):
         return function(*args)
+
+
+def check_main() -> None:
+    """End a process that is only to work, and comes here while it imports the script that started it.
+
+    Python's own word takes forty lines, and says it for every process.
+    """
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        raise SystemExit(
+            "relit: this script starts processes, and each of them imports it: put what it does below a line "
+            'if __name__ == "__main__":'
+        )
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from joblib.externals.loky import ProcessPoolExecutor
 
 from relit.errors import OptionError, WorkerLostError
 from relit.runtime.clusters import on_dask, on_ray
-from relit.runtime.engine import LOST, Engine, deaf_children, share, work
+from relit.runtime.engine import LOST, Engine, check_main, deaf_children, share, work
 from relit.runtime.threads import ONE_BLAS_THREAD
 
 if TYPE_CHECKING:
@@ -53,9 +53,15 @@ class _Loky(Engine[Future[Any]]):
 
 
 def _begin(parent: int) -> None:
-    """Prepare a loky process: Ctrl-C is its parent's, and it ends when that is gone."""
+    """Prepare a loky process: Ctrl-C is its parent's, warnings are a line, and it ends when that is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    warnings.formatwarning = _in_one_line
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _in_one_line(message: Warning | str, *_: Any, **__: Any) -> str:
+    """Say what a worker warns of as the command does, without where in the code that was."""
+    return f"relit: warning: {message}\n"
 
 
 def _end_with(parent: int) -> None:
@@ -115,6 +121,7 @@ def engine(
     ...     [result for ended in running.run(abs, [(-3,)]) for _, result in ended]
     [3]
     """
+    check_main()
     if name not in _ENGINES:
         raise OptionError(f"engine: expected one of {', '.join(_ENGINES)}, got {name!r}")
     if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import sys
+from contextlib import contextmanager, redirect_stdout
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -15,9 +17,10 @@ from relit.photo.codecs.tiff import read_metadata
 from relit.photo.photo import Metadata, Photo
 from relit.photo.pixels import divide_by_alpha, to_depth, to_unit
 from relit.photo.profile import decode_srgb, encode_srgb, rgb_profile
+from relit.runtime.muting import muted
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from numpy.typing import NDArray
 
@@ -77,14 +80,23 @@ def _heif_profile(info: dict[str, Any]) -> bytes | None:
 def decode_raw(stream: BinaryIO, check_size: CheckSize) -> Photo:
     """Develop a camera raw file to 16-bit sRGB, upright, as the camera balanced and exposed it."""
     rawpy = _extra("rawpy", "raw", "camera raw files")
+    harm: list[bytes] = []
+
+    def is_of_harm(line: bytes) -> bool:
+        # LibRaw goes on with black where a file ends too soon, and tells stderr alone.
+        if told := line.startswith(b"unknown file: "):
+            harm.append(line)
+        return told
+
     try:
-        opened = rawpy.imread(stream)
+        with muted(is_of_harm):
+            opened = rawpy.imread(stream)
     except rawpy.LibRawFileUnsupportedError as error:
         raise ImageError(
             "starts with a preview, as camera raw files do, but is none that LibRaw knows; "
             "save the photo alone"
         ) from error
-    with opened as raw:
+    with opened as raw, muted(is_of_harm):
         check_size(raw.sizes.width, raw.sizes.height, 6)
         samples = raw.postprocess(
             output_bps=16,
@@ -93,6 +105,8 @@ def decode_raw(stream: BinaryIO, check_size: CheckSize) -> Photo:
             use_camera_wb=True,
             no_auto_bright=True,  # it would burn out the brightest 1 % of every photo
         )
+    if harm:
+        raise ImageError("the RAW data is damaged or cut short; get the file again")
     # LibRaw has turned the pixels already, as EXIF tells.
     _orientation, metadata = put_upright(read_metadata(stream))
     return Photo.from_samples(samples, metadata=metadata)
@@ -106,13 +120,16 @@ def openexr() -> Any:
 def decode_exr(stream: BinaryIO, check_size: CheckSize) -> Photo:
     """Read an OpenEXR of one part, grey or RGB with or without alpha, of light in [0, 1]."""
     library = openexr()
-    if len(parts := library.File(stream, header_only=True).parts) > 1:
+    with _quiet():
+        parts = library.File(stream, header_only=True).parts
+    if len(parts) > 1:
         raise ImageError("holds several parts; save one as a photo of its own")
     header = parts[0].header
     (left, top), (right, bottom) = (corner.tolist() for corner in header["dataWindow"])
     check_size(right - left + 1, bottom - top + 1, 12)
     stream.seek(0)
-    channels = library.File(stream).parts[0].channels
+    with _quiet():
+        channels = library.File(stream).parts[0].channels
     if (names := tuple(sorted(channels))) not in _EXR_CHANNELS:
         raise ImageError(f"holds the channels {', '.join(names)}; save RGB, or RGB and A, alone")
     light = np.dstack([channels[name].pixels for name in reversed(names)])
@@ -133,6 +150,24 @@ def decode_exr(stream: BinaryIO, check_size: CheckSize) -> Photo:
     return Photo.from_samples(
         light.clip(0, 1, out=light), None if primaries is None else rgb_profile(primaries)
     )
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep from stderr and stdout what OpenEXR says of a damaged file beside raising an exception."""
+
+    def is_openexrs(line: bytes) -> bool:
+        return line.startswith((b"<python_buffer>: ", b"Warning: Exception raised reading "))
+
+    said = io.StringIO()
+    with muted(is_openexrs):
+        try:
+            with redirect_stdout(said):  # which it prints to as Python does
+                yield
+        finally:
+            for line in said.getvalue().splitlines(keepends=True):
+                if sys.stdout and not is_openexrs(line.encode("utf-8", "replace")):
+                    sys.stdout.write(line)
 
 
 def encode_exr(photo: Photo) -> bytes:
