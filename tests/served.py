@@ -6,7 +6,7 @@ import threading
 
 import httpx
 
-from relit.studio.app import Server
+from relit.studio.server import Server
 
 
 @contextlib.contextmanager

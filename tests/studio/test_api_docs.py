@@ -98,7 +98,7 @@ def test_limits_are_the_servers():
 
 
 def test_the_commands_are_known():
-    from relit.cli.studio import serve
+    from relit.cli.serve import serve
 
     known = {flag for option in serve.params for flag in option.opts}
     for line in re.findall(r"^relit serve.*$", TEXT, re.MULTILINE):
