@@ -76,8 +76,8 @@ class Guard:
             return None
         message = (
             f"This server does not go by the name {name!r}, and answers to none but its own, so that no "
-            "other site's page can reach it by having its name point here. If this is its name, start it with "
-            f"relit serve --allow-host {name or 'NAME'}."
+            "other site's page can reach it by having its name point here. If it is its name, start it "
+            f"with relit serve --allow-host {name or 'NAME'}."
         )
         return refusal(403, "forbidden", message)
 

@@ -66,7 +66,8 @@ class Watch:
 
     def _note(self, scope: Scope, status: int, seconds: float) -> None:
         # The pattern, as "/sessions/{session}": the path has a token, the query what the client chooses.
-        route = getattr(scope.get("route"), "path", "none")
+        here = "static" if scope["path"].startswith("/static/") else "none"
+        route = getattr(scope.get("route"), "path", here)
         method = scope["method"] if scope["method"] in _METHODS else "other"
         self.metrics.answered(method, route, status, seconds)
         LOG.info("%s %s %d %.3f s", method, route, status, seconds)
