@@ -19,7 +19,7 @@ from relit.studio.limits import Limits
 
 _SECONDS = click.FloatRange(0, min_open=True)
 #: Field of `Limits` → its flag, what it may be, and what it bounds.
-_LIMITS: dict[str, tuple[str, click.ParamType[Any], str]] = {
+LIMITS: dict[str, tuple[str, click.ParamType[Any], str]] = {
     "bytes": ("--max-bytes", Amount(), "Of one photo that is sent."),
     "pixels": ("--max-pixels", Amount(), "Of one photo."),
     "memory": ("--memory", Amount(), "Bytes that photos and previews of all sessions may hold."),
@@ -43,7 +43,7 @@ _LIMITS: dict[str, tuple[str, click.ParamType[Any], str]] = {
 def _limit_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add an option for every limit."""
     for field in reversed(fields(Limits)):
-        flag, kind, meaning = _LIMITS[field.name]
+        flag, kind, meaning = LIMITS[field.name]
         command = click.option(
             flag,
             field.name,

@@ -16,9 +16,9 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from relit.studio.addresses import plain
 from relit.studio.failures import refusal
 
-#: Connections beyond the limit that are still told so; more are cut off without a word.
+#: Closed connections, beside the open ones, that still have time to read why.
 TOLD = 8
-#: Seconds that one of these has to read it.
+#: Seconds that they have.
 _TO_READ = 1.0
 #: bytes/s: who takes an answer more slowly has gone, or means to hold it; GPRS is several times as fast.
 _SLOWEST = 1000
@@ -66,12 +66,9 @@ class Connection(H11Protocol):
         bounds, host = self._bounds, self.client[0] if self.client else ""
         address = plain(host)
         many = address is not None and any(address in network for network in bounds.proxies)
-        same = (getattr(one, "client", None) or ("",) for one in self.connections)
-        ours = 0 if many else sum(name == host for name, *_ in same)
-        beyond = max(len(self.connections) - bounds.most, ours - bounds.per_client)
-        if beyond > TOLD:
-            self._cut("too_many_connections")
-        elif beyond > 0:
+        others = [one for one in self.connections if isinstance(one, Connection) and not one._closed]
+        ours = 0 if many else sum(one.client is not None and one.client[0] == host for one in others)
+        if len(others) > bounds.most or ours > bounds.per_client:
             message = "There are as many connections as there may be; close some, or ask again in a second."
             self._close("too_many_connections", refusal(503, "busy", message, {"Retry-After": "1"}))
         else:
@@ -153,8 +150,12 @@ class Connection(H11Protocol):
             *(f"{name}: {value}" for name, value in headers.items()),
         ]
         self.transport.write("\r\n".join([*lines, "", ""]).encode("latin-1") + bytes(answer.body))
-        # What comes until then is read: the system would answer it by taking back what was said.
-        self._turn = self.loop.call_later(_TO_READ, self.transport.abort)
+        if sum(isinstance(one, Connection) and one._closed for one in self.connections) > TOLD:
+            self.transport.close()
+        else:
+            # What comes until then is read: the system would answer it by taking back what was said.
+            self.transport.write_eof()
+            self._turn = self.loop.call_later(_TO_READ, self.transport.abort)
 
     def _cut(self, reason: str) -> None:
         self._end(reason)

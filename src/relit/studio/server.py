@@ -15,10 +15,11 @@ from relit.studio.addresses import listen, urls
 from relit.studio.connection import TOLD, Bounds, Connection
 from relit.studio.limits import Limits
 
-#: Connections that may wait to be accepted. The event loop takes all of them at once, before any is counted.
-_BACKLOG = 32
+#: Connections that the event loop accepts at once, before any is counted; and that may wait for that. Who
+#: finds no place there tries again after a second.
+_AT_ONCE, _WAITING = 32, 1024
 #: Files that the server needs besides connections: its own (about 20, with the models), those that wait.
-_OWN_FILES = 30 + _BACKLOG + TOLD
+_OWN_FILES = 30 + _AT_ONCE + TOLD
 #: Seconds that requests may go on once the server is to end: `docker stop` kills it after 10.
 _TO_END = 8
 
@@ -81,7 +82,7 @@ class Server(uvicorn.Server):
             log_level="error",
             access_log=False,
             server_header=False,
-            backlog=_BACKLOG,
+            backlog=_AT_ONCE,
             timeout_graceful_shutdown=_TO_END,
             proxy_headers=bool(proxies),
             forwarded_allow_ips=",".join(proxies),
@@ -96,12 +97,13 @@ class Server(uvicorn.Server):
         OptionError
             If it cannot listen there.
         """
-        super().run(sockets or [listen(*self._where, _BACKLOG)])
+        super().run(sockets or [listen(*self._where, _WAITING)])
 
     async def startup(self, sockets: list[socket] | None = None) -> None:
         """Begin to listen."""
         await super().startup(sockets)
         if self.started and sockets:
+            sockets[0].listen(_WAITING)  # the event loop has made it the same as what it accepts at once
             self.addresses = urls(sockets[0])
             self._ready(self.addresses[0])
 
