@@ -9,6 +9,7 @@ from contextlib import ExitStack
 import pytest
 
 from relit.studio.app import create_app
+from relit.studio.connection import Connection
 from relit.studio.limits import Limits
 from relit.studio.metrics import Metrics
 from tests.served import served
@@ -109,6 +110,13 @@ def test_a_broken_body_whose_request_was_answered_ends_the_connection(strangers,
     assert (statuses, code, ended) == ([403], "forbidden", True)
 
 
+def test_what_is_no_http_is_told_so_after_other_requests_too(strangers):
+    line = strangers.says(GET)
+    time.sleep(0.2)
+    line.sendall(b"\x16\x03\x01\x02\x00\r\n\r\n")
+    assert heard(line) == ([200, 400], "bad_request", True)
+
+
 @pytest.mark.parametrize("begun", [b"GET /hea", GET[:-2], GET + b"GET /hea"])
 def test_a_head_that_does_not_end_is_given_up(strangers, begun, metrics):
     """However often a little of it comes, and after other requests."""
@@ -160,6 +168,22 @@ def test_a_trusted_proxy_is_many_clients(capfd):
             strangers.says(GET[:-2])
         assert heard(strangers.says(GET), 0.5)[0] == [200]
     assert capfd.readouterr().err == ""
+
+
+def test_answers_do_not_wait_for_more_to_send(monkeypatch):
+    """As they would with Nagle's algorithm, 40 ms each."""
+    waits = []
+    made = Connection.connection_made
+
+    def noted(self, transport):
+        line = transport.get_extra_info("socket")
+        waits.append(not line.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
+        made(self, transport)
+
+    monkeypatch.setattr(Connection, "connection_made", noted)
+    with served(create_app()) as client:
+        client.get("/healthz")
+    assert waits == [False]
 
 
 def test_who_does_not_take_an_answer_is_cut_off(metrics, capfd):

@@ -88,10 +88,12 @@ def listen(address: str, port: int, backlog: int) -> socket.socket:
     family = socket.AF_INET6 if ":" in address else socket.AF_INET
     every = address == "::" and socket.has_dualstack_ipv6()
     try:
-        return socket.create_server((address, port), family=family, backlog=backlog, dualstack_ipv6=every)
+        made = socket.create_server((address, port), family=family, backlog=backlog, dualstack_ipv6=every)
     except OSError as error:
         reason = _HINDRANCES.get(error.errno or 0, f"host: cannot listen at {{host}}, port {{port}}: {error}")
         raise OptionError(reason.format(host=address, port=port)) from None
+    # It has to know its protocol: asyncio turns off the wait of 40 ms for larger packets for TCP alone.
+    return socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP, fileno=made.detach())
 
 
 def urls(listener: socket.socket) -> list[str]:

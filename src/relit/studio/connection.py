@@ -108,11 +108,11 @@ class Connection(H11Protocol):
     def send_400_response(self, msg: str) -> None:
         """Answer what is no HTTP; with a broken body, an answer may be on its way already."""
         del msg
-        if self.cycle is not None and self.cycle.response_started:
-            self._cut("malformed")
-        else:
+        if self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):
             message = "This is no HTTP/1.1 request that can be read; see what the client sends."
             self._close("malformed", refusal(400, "bad_request", message))
+        else:
+            self._cut("malformed")
 
     def _time(self) -> None:
         """Give the client a deadline while it is its turn: to send a head, or the rest of a refused body."""
