@@ -10,10 +10,10 @@ from relit.studio.server import Server
 
 
 @contextlib.contextmanager
-def served(app, **settings):
+def served(app, host="127.0.0.1", **settings):
     """Run an application on a free port, and lend a client of it; the settings are the server's."""
     address = queue.Queue()
-    server = Server(app, "127.0.0.1", 0, address.put, **settings)
+    server = Server(app, host, 0, address.put, **settings)
     thread = threading.Thread(target=server.run)
     thread.start()
     try:

@@ -97,6 +97,15 @@ def test_names_that_are_refused_are_told_with_what_to_do(client):
     assert "--allow-host light.team" in message
 
 
+def test_the_address_that_a_connection_came_in_at_is_a_name_of_the_server():
+    """Whichever it is: on a server of every address, they are not known before."""
+    with served(create_app(), host="127.0.0.5") as client:
+        assert client.get(f"{API}/options").status_code == 200
+        assert client.get(f"{API}/options", headers={"Host": "127.0.0.5:1"}).status_code == 200
+        for other in ("127.0.0.6", "0.0.0.0", "[::]", "10.0.0.5"):
+            assert client.get(f"{API}/options", headers={"Host": other}).status_code == 403
+
+
 @given(
     st.text(min_size=1) | st.text(string.ascii_letters + string.digits + "._~+/-=", min_size=10, max_size=30)
 )

@@ -2,7 +2,10 @@
 
 import json
 import re
+import shutil
 import socket
+import subprocess
+import sys
 import time
 from contextlib import ExitStack
 
@@ -151,6 +154,28 @@ def test_one_client_leaves_room_for_others(strangers, metrics):
     refused = re.search(rb'reason="too_many_connections"} ([\d.]+)', metrics.text())
     assert float(refused[1]) == len(held) - allowed
     assert heard(strangers.says(GET), 0.5)[0] == [200], "and once they have gone, that client is served again"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not shutil.which("sh"), reason="ulimit is a shell's")
+def test_few_open_files_are_enough_for_the_honest():
+    """190 half-sent heads, and 600 connections that are given up at once, of a server with 128 files."""
+    serve = "from relit.cli.app import main; main(['serve', '--port', '0', '--header-timeout', '3'])"
+    command = ["sh", "-c", f'ulimit -n 128; exec "{sys.executable}" -c "{serve}"']
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as server, ExitStack() as stack:
+        try:
+            port = int(re.search(r":(\d+)/", server.stderr.readline())[1])
+            assert "so few files" in server.stderr.readline()
+            strangers = Strangers(port, stack)
+            held = [strangers.says(GET[:-2]) for _ in range(190)]
+            for number in range(600):
+                strangers.says(b"", f"127.0.2.{number % 200 + 1}").close()
+            assert heard(strangers.says(GET, "127.0.0.3"), 2)[0] == [200]
+            assert all(heard(line)[2] for line in held)
+        finally:
+            server.terminate()
+            said = server.communicate(timeout=30)[1]
+    assert said == ""
 
 
 def test_many_clients_are_bounded_together(strangers):

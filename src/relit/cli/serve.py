@@ -26,6 +26,11 @@ LIMITS: dict[str, tuple[str, click.ParamType[Any], str]] = {
     "working_memory": ("--working-memory", Amount(), "Bytes that all computations at once may take."),
     "sessions": ("--max-sessions", Count(1), "Sessions, over all clients."),
     "sessions_per_client": ("--max-sessions-per-client", Count(1), "Sessions of one client."),
+    "live_seconds": (
+        "--live",
+        _SECONDS,
+        "Seconds after a request for which no other client ends its session.",
+    ),
     "workers": ("--workers", Count(1), "Computations at once."),
     "queue": ("--queue", Count(1), "Computations that may wait."),
     "queue_per_session": ("--queue-per-session", Count(1), "Computations of one session that may wait."),
@@ -159,9 +164,11 @@ def serve(
         token = parts["access"].new_token()
     if access_log:
         _log_to_stderr(parts["watch"].LOG)
+    # An address needs no leave: it is compared with the one that a connection came in at.
+    named = () if parts["addresses"].plain(host) else (host,)
     bounds, metrics = Limits(**limits), parts["metrics"].Metrics()
     app = parts["app"].create_app(
-        hosts=(*parts["app"].LOCAL, host, *names), token=token, page=page, limits=bounds, metrics=metrics
+        hosts=(*parts["app"].LOCAL, *named, *names), token=token, page=page, limits=bounds, metrics=metrics
     )
 
     def ready(_first: str) -> None:

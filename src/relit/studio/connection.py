@@ -93,6 +93,13 @@ class Connection(H11Protocol):
         super().on_response_complete()
         self._time()
 
+    def shutdown(self) -> None:
+        """End, once what is being answered is."""
+        if self._closed:
+            self.transport.abort()
+        else:
+            super().shutdown()
+
     def pause_writing(self) -> None:
         """Have an answer wait for its reader, as long as that one reads."""
         super().pause_writing()

@@ -15,11 +15,13 @@ from relit.studio.addresses import listen, urls
 from relit.studio.connection import TOLD, Bounds, Connection
 from relit.studio.limits import Limits
 
-#: Connections that the event loop accepts at once, before any is counted; and that may wait for that. Who
-#: finds no place there tries again after a second.
-_AT_ONCE, _WAITING = 32, 1024
-#: Files that the server needs besides connections: its own (about 20, with the models), those that wait.
-_OWN_FILES = 30 + _AT_ONCE + TOLD
+#: Connections that the event loop accepts in a turn, beside the first; and that may wait for that. Who finds
+#: no place there tries again after a second.
+_IN_A_TURN, _WAITING = 8, 1024
+#: Files that the server needs besides connections: its own (8 were seen, here twice as many), those of
+#: clients who were just told why they are refused, and of four turns: so many pass from accepting a
+#: connection to closing it.
+_OWN_FILES = 16 + TOLD + 4 * (_IN_A_TURN + 1)
 #: Seconds that requests may go on once the server is to end: `docker stop` kills it after 10.
 _TO_END = 8
 
@@ -82,7 +84,7 @@ class Server(uvicorn.Server):
             log_level="error",
             access_log=False,
             server_header=False,
-            backlog=_AT_ONCE,
+            backlog=_IN_A_TURN,
             timeout_graceful_shutdown=_TO_END,
             proxy_headers=bool(proxies),
             forwarded_allow_ips=",".join(proxies),
@@ -103,7 +105,7 @@ class Server(uvicorn.Server):
         """Begin to listen."""
         await super().startup(sockets)
         if self.started and sockets:
-            sockets[0].listen(_WAITING)  # the event loop has made it the same as what it accepts at once
+            sockets[0].listen(_WAITING)  # the event loop has made it the same as what it accepts in a turn
             self.addresses = urls(sockets[0])
             self._ready(self.addresses[0])
 

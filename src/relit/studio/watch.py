@@ -54,9 +54,7 @@ class Watch:
         except asyncio.CancelledError:  # the server ends, and has waited for this long enough
             if status:
                 raise
-            answer = refusal(
-                503, "ending", "The server is going down; ask again later.", {"Retry-After": "10"}
-            )
+            answer = refusal(503, "busy", "The server is going down; ask again later.", {"Retry-After": "10"})
             await answer(scope, receive, noted)
         except Exception:
             status = 500
