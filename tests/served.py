@@ -6,14 +6,14 @@ import threading
 
 import httpx
 
-from relit.studio.app import Server
+from relit.studio.server import Server
 
 
 @contextlib.contextmanager
-def served(app):
-    """Run an application on a free port, and lend a client of it."""
+def served(app, host="127.0.0.1", **settings):
+    """Run an application on a free port, and lend a client of it; the settings are the server's."""
     address = queue.Queue()
-    server = Server(app, "127.0.0.1", 0, address.put)
+    server = Server(app, host, 0, address.put, **settings)
     thread = threading.Thread(target=server.run)
     thread.start()
     try:

@@ -10,6 +10,7 @@ from relit import relighting
 from relit.cli import app as module
 from relit.photo.color import COLOR_SPACES
 from relit.settings.options import TransferOptions
+from relit.studio.limits import Limits
 from tests.command import TRANSFER
 
 FIELDS = {field.name: field for field in dataclasses.fields(TransferOptions)}
@@ -43,7 +44,8 @@ OTHERS = {
     "landmarks": {"image", "output", "overlay", "face", "force", "as_json"} | LOUDNESS,
     "samples": {"folder", "force", "as_json"} | LOUDNESS,
     "studio": {"photos", "port", "opened"},
-    "serve": {"host", "port", "names", "page"},
+    "serve": {"host", "port", "names", "page", "access_log", "token", "tokenless", "proxies"}
+    | {field.name for field in dataclasses.fields(Limits)},
 }
 
 OPTIONS = {

@@ -98,9 +98,12 @@ def test_limits_are_the_servers():
 
 
 def test_the_commands_are_known():
-    from relit.cli.studio import serve
+    from relit.cli.serve import serve
 
     known = {flag for option in serve.params for flag in option.opts}
-    for line in re.findall(r"^relit serve.*$", TEXT, re.MULTILINE):
+    proxy = (Path(__file__).parents[2] / "docs" / "nginx.conf").read_text("utf-8")
+    lines = re.findall(r"^(?:#   )?(?:RELIT_TOKEN=\S+ )?(relit serve.*)$", TEXT + proxy, re.MULTILINE)
+    assert len(lines) == 4
+    for line in lines:
         flags = {word for word in shlex.split(line, comments=True) if word.startswith("--")}
         assert flags <= known, line

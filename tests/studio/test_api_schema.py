@@ -19,6 +19,7 @@ from tests.served import served
 pytestmark = pytest.mark.slow
 HERE = Path(__file__).parent
 API = "/api/v1"
+SCHEMATHESIS = [sys.executable, "-m", "schemathesis.cli", "--config-file", HERE / "schemathesis.toml", "run"]
 
 
 class Counted:
@@ -58,11 +59,9 @@ def test_every_answer_is_one_that_the_schema_describes(tmp_path):
             assert client.put(f"{API}/sessions/{session}/references/{name}", content=photos["reference"])
         (tmp_path / "photo.png").write_bytes(photos["target"])
         app.seen.clear()
-        command = [sys.executable, "-m", "schemathesis.cli", "--config-file", HERE / "schemathesis.toml"]
         done = subprocess.run(
             [
-                *command,
-                "run",
+                *SCHEMATHESIS,
                 f"{client.base_url}{API[1:]}/openapi.json",
                 "--seed",
                 "1",
@@ -95,3 +94,32 @@ def test_every_answer_is_one_that_the_schema_describes(tmp_path):
     for name, seen in statuses.items():
         assert min(seen) < 300, (name, seen)
         assert max(seen) < 500, (name, seen)
+
+
+def test_a_token_is_asked_for_as_the_schema_says(tmp_path):
+    """With it, without it, and with another one, which schemathesis tries by itself."""
+    token = "a-token-for-tests-alone"
+    app = Counted(create_app(token=token))
+    with served(app) as client:
+        done = subprocess.run(
+            [
+                *SCHEMATHESIS,
+                f"{client.base_url}{API[1:]}/openapi.json",
+                *("--header", f"Authorization: Bearer {token}", "--include-method", "GET"),
+                *(
+                    "--phases",
+                    "coverage,fuzzing",
+                    "--checks",
+                    "all",
+                    "--exclude-checks",
+                    "positive_data_acceptance",
+                ),
+            ],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=300,
+        )
+    assert done.returncode == 0, done.stdout + done.stderr
+    statuses = {status for _, path, status in app.seen if path == f"{API}/options"}
+    assert statuses >= {200, 401}

@@ -29,9 +29,10 @@ from relit.cli.options import (
     settings_of,
     transfer_options,
 )
+from relit.cli.serve import serve
 from relit.cli.sources import Source, about, read_photo
 from relit.cli.split import decompose, normalize
-from relit.cli.studio import serve, studio
+from relit.cli.studio import studio
 from relit.cli.telling import (
     loudness_options,
     progress,

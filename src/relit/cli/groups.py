@@ -59,15 +59,33 @@ class GroupedCommand(click.Command):
         with formatter.section("Examples"):
             for example in self.examples:
                 formatter.write(f"  {example}\n")
-        groups: dict[str, list[tuple[str, str]]] = {group: [] for group in _HEADINGS}
-        for parameter in self.get_params(ctx):
-            if isinstance(parameter, Option):
-                groups[parameter.group].append(parameter.row(ctx, whole=ctx.meta.get(_WHOLE, False)))
-            elif isinstance(parameter, click.Option) and (record := parameter.get_help_record(ctx)):
-                groups["files"].append(record)
-        for group, rows in groups.items():
-            with formatter.section(_HEADINGS[group]):
-                formatter.write_dl([_filled(row) for row in rows], col_max=_COLUMN)
+        _write_groups(self, ctx, formatter, _HEADINGS)
+
+
+class SectionedCommand(click.Command):
+    """A command that shows its options in sections of its own (group → heading); "files" has the others."""
+
+    def __init__(self, *given: Any, headings: dict[str, str], **declared: Any) -> None:
+        super().__init__(*given, **declared)
+        self.headings = headings
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options, section by section."""
+        _write_groups(self, ctx, formatter, self.headings)
+
+
+def _write_groups(
+    command: click.Command, ctx: click.Context, formatter: click.HelpFormatter, headings: dict[str, str]
+) -> None:
+    groups: dict[str, list[tuple[str, str]]] = {group: [] for group in headings}
+    for parameter in command.get_params(ctx):
+        if isinstance(parameter, Option):
+            groups[parameter.group].append(parameter.row(ctx, whole=ctx.meta.get(_WHOLE, False)))
+        elif isinstance(parameter, click.Option) and (record := parameter.get_help_record(ctx)):
+            groups["files"].append(record)
+    for group, rows in groups.items():
+        with formatter.section(headings[group]):
+            formatter.write_dl([_filled(row) for row in rows], col_max=_COLUMN)
 
 
 def _filled(row: tuple[str, str]) -> tuple[str, str]:

@@ -51,6 +51,25 @@ class Count(_Whole):
         return number
 
 
+class Amount(_Whole):
+    """A whole number of 1 or more, of which k, M and G are thousands, millions and milliards: 1.5G."""
+
+    name = "amount"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """Return the number."""
+        text = str(value)
+        factor = {"k": 10**3, "M": 10**6, "G": 10**9}.get(text[-1:], 1)
+        try:
+            number = float(text[:-1] if factor > 1 else text) * factor
+            whole = round(number)
+        except (ValueError, OverflowError):
+            whole = number = 0
+        if whole < 1 or whole != number:
+            self.fail(f"{text!r} is not a whole number of 1 or more, as 500k, 200M or 1.5G.", param, ctx)
+        return whole
+
+
 class Number(_NumberOrWord):
     """A number, or one of the words that stand for one; of a share, 80% is 0.8."""
 

@@ -182,7 +182,7 @@ def detect(portrait: ThisPortrait, role: models.Role) -> models.Marks | None:
     return models.Marks.of(portrait)
 
 
-@of_session.get("/part", responses=described(409))
+@of_session.get("/part", responses=described(400, 409))
 def part(session: ThisSession, x: Place, y: Place) -> models.Part:
     """Tell which part of the target's face is at a place of the photo, in px."""
     portrait = session.portrait("target", needed=True)

@@ -1,25 +1,28 @@
-"""The studio as an ASGI application, and the server that runs it."""
+"""The studio as an ASGI application."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from importlib import resources
-from socket import socket
 
-import uvicorn
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI, Response
 from fastapi.responses import FileResponse
+from fastapi.security import HTTPBearer
 from fastapi.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 
 from relit._version import VERSION
 from relit.studio import api
+from relit.studio.access import HEALTH, Access
 from relit.studio.failures import answer_failures
 from relit.studio.gallery import gallery
 from relit.studio.guard import Guard
 from relit.studio.intake import Intake
 from relit.studio.limits import Limits
+from relit.studio.metrics import MEDIA_TYPE, Metrics
+from relit.studio.schema import described
 from relit.studio.sessions import Sessions
+from relit.studio.watch import Watch
 
 #: Names by which a browser on this machine calls it.
 LOCAL = ("127.0.0.1", "localhost", "::1")
@@ -28,27 +31,35 @@ LOCAL = ("127.0.0.1", "localhost", "::1")
 def create_app(
     *,
     hosts: Sequence[str] = LOCAL,
+    token: str | None = None,
     page: bool = True,
     limits: Limits = Limits(),
     sessions: Sessions | None = None,
+    metrics: Metrics | None = None,
 ) -> ASGIApp:
     """Return the application.
 
     Parameters
     ----------
     hosts : sequence of str
-        Names, without a port, that it may be called by.
+        Names, without a port, that it may be called by, besides the address that it is reached at.
+    token : str, optional
+        What clients have to send; by default nothing.
     page : bool
         Whether it shows the page, or is the API alone.
     limits : Limits
         What its clients may take.
     sessions : Sessions, optional
         Where photos are kept; by default a new store.
+    metrics : Metrics, optional
+        What it is counted in; by default new ones.
 
     Returns
     -------
     ASGI application
     """
+    sessions = Sessions(limits.sessions, limits.memory) if sessions is None else sessions
+    metrics = metrics or Metrics()
     app = FastAPI(
         title="relit studio",
         version=VERSION,
@@ -57,13 +68,14 @@ def create_app(
         redoc_url=None,
         openapi_url="/api/v1/openapi.json",
         generate_unique_id_function=lambda route: route.name,
+        # For the schema: what asks for it comes before all routes, and their bodies.
+        dependencies=[Depends(HTTPBearer(auto_error=False))] if token else [],
     )
-    app.state.sessions = Sessions(limits.sessions, limits.memory) if sessions is None else sessions
-    app.state.limits = limits
-    app.include_router(api.api)
-    app.include_router(api.of_session)
-    app.include_router(gallery)
+    app.state.sessions, app.state.limits, app.state.metrics = sessions, limits, metrics
+    for router in (api.api, api.of_session, gallery):
+        app.include_router(router, responses=described(401) if token else None)
     answer_failures(app)
+    _tell_state(app)
     if page:
         static = str(resources.files("relit.studio") / "static")
         app.mount("/static", StaticFiles(directory=static), name="static")
@@ -72,24 +84,20 @@ def create_app(
         def index() -> FileResponse:
             return FileResponse(f"{static}/index.html", media_type="text/html")
 
-    return Guard(Intake(app, limits.bytes), hosts)
+    taken = Intake(app, limits.bytes)
+    return Watch(Guard(Access(taken, token) if token else taken, hosts), metrics)
 
 
-class Server(uvicorn.Server):
-    """A server that tells `ready` the address of the page once it can be opened; port 0 is any that is free.
+def _tell_state(app: FastAPI) -> None:
+    """Have it say that it is up, and what it has counted: both at once, whatever the threads are at."""
+    sessions, metrics = app.state.sessions, app.state.metrics
+    metrics.gauge("relit_sessions", "Sessions that there are.", lambda: len(sessions))
+    metrics.gauge("relit_session_bytes", "Bytes that their photos and previews hold.", lambda: sessions.size)
 
-    `run` returns when the process is interrupted, or `should_exit` is set.
-    """
+    @app.get(HEALTH, include_in_schema=False)
+    async def health() -> dict[str, str]:
+        return {"status": "ok"}
 
-    def __init__(self, app: ASGIApp, host: str, port: int, ready: Callable[[str], None]) -> None:
-        settings = {"log_level": "warning", "server_header": False, "lifespan": "off"}
-        super().__init__(uvicorn.Config(app, host, port, **settings))  # type: ignore[arg-type]
-        self._ready = ready
-
-    async def startup(self, sockets: list[socket] | None = None) -> None:
-        """Begin to listen."""
-        await super().startup(sockets)
-        if self.started:
-            host, port = self.servers[0].sockets[0].getsockname()[:2]
-            name = {"0.0.0.0": "127.0.0.1", "::": "[::1]", "::1": "[::1]"}.get(host, host)
-            self._ready(f"http://{name}:{port}/")
+    @app.get("/metrics", include_in_schema=False)
+    async def count() -> Response:
+        return Response(metrics.text(), media_type=MEDIA_TYPE)

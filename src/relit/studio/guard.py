@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection
 from urllib.parse import urlsplit
 
+from fastapi.responses import JSONResponse
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from relit.studio.access import HEALTH
+from relit.studio.addresses import plain
 from relit.studio.failures import refusal
 
 HEADERS = {
@@ -26,14 +29,14 @@ HEADERS = {
 
 
 class Guard:
-    """ASGI middleware that refuses other sites, and says how browsers may use the answers.
+    """ASGI middleware that refuses other sites and bodies of two lengths, and says how to use the answers.
 
     Parameters
     ----------
     app : ASGI application
     hosts : collection of str
-        Names, without a port, by which this server may be called. A page of another site that has its name
-        point here (DNS rebinding) sends its own.
+        Names, without a port, by which this server may be called, besides the address that a connection came
+        in at. A page of another site that has its name point here (DNS rebinding) sends its own.
     """
 
     def __init__(self, app: ASGIApp, hosts: Collection[str]) -> None:
@@ -52,21 +55,52 @@ class Guard:
                     headers.setdefault(name, value)
             await send(message)
 
-        reason = self._refusal(scope["method"], Headers(scope=scope))
-        app = refusal(403, "forbidden", reason) if reason else self.app
-        await app(scope, receive, answer)
+        await (self._refusal(scope) or self.app)(scope, receive, answer)
 
-    def _refusal(self, method: str, headers: Headers) -> str | None:
-        """Return why a request is refused, if it is."""
-        host, origin = headers.get("host", ""), headers.get("origin")
+    def _refusal(self, scope: Scope) -> JSONResponse | None:
+        """Return the answer to a request that is refused."""
+        headers = Headers(scope=scope)
+        return _framing(headers, scope.get("http_version", "1.1")) or (
+            # Who asks for a server's health has no name for it, and learns nothing else.
+            None if scope["path"] == HEALTH else self._host(scope, headers) or _origin(scope, headers)
+        )
+
+    def _host(self, scope: Scope, headers: Headers) -> JSONResponse | None:
+        """Refuse a name that is another's."""
         try:
-            name = urlsplit(f"//{host}").hostname
+            name = urlsplit(f"//{headers.get('host', '')}").hostname or ""
         except ValueError:  # half a pair of brackets
-            name = None
-        if name not in self.hosts:
-            return "This server does not go by that name."
-        foreign = origin and origin not in (f"http://{host}", f"https://{host}")
-        same_site = headers.get("sec-fetch-site", "none") in ("same-origin", "none")
-        if not same_site or (foreign and method not in ("GET", "HEAD")):
-            return "Another site may not ask here."
+            name = ""
+        address = plain(name)
+        if name in self.hosts or (address and address == plain((scope.get("server") or [""])[0] or "")):
+            return None
+        message = (
+            f"This server does not go by the name {name!r}, and answers to none but its own, so that no "
+            "other site's page can reach it by having its name point here. If it is its name, start it "
+            f"with relit serve --allow-host {name or 'NAME'}."
+        )
+        return refusal(403, "forbidden", message)
+
+
+def _origin(scope: Scope, headers: Headers) -> JSONResponse | None:
+    """Refuse a page of another site."""
+    host, origin = headers.get("host", ""), headers.get("origin")
+    foreign = origin and origin not in (f"http://{host}", f"https://{host}")
+    same_site = headers.get("sec-fetch-site", "none") in ("same-origin", "none")
+    if same_site and not (foreign and scope["method"] not in ("GET", "HEAD")):
         return None
+    message = (
+        f"A page of another site ({origin or 'not named'}) may not ask here, so that none can use this "
+        "server through a visitor's browser. Open the server's own page; a proxy has to pass Host on."
+    )
+    return refusal(403, "forbidden", message)
+
+
+def _framing(headers: Headers, version: str) -> JSONResponse | None:
+    """Refuse a body that a proxy may take to end elsewhere than this server does (RFC 9112, 6.1)."""
+    if "transfer-encoding" not in headers or (version != "1.0" and "content-length" not in headers):
+        return None
+    message = (
+        "A body has a Content-Length, or in HTTP/1.1 a Transfer-Encoding, and not both; send one of them."
+    )
+    return refusal(400, "bad_request", message, {"Connection": "close"})

@@ -28,6 +28,7 @@ VIEW_HEADERS = {
 }
 _MEANINGS = {
     400: "The photo, the landmarks or an option cannot be used; or the body is no JSON.",
+    401: "The server asks for its token, or this is not the one (`unauthorized`).",
     403: "The server does not go by the name in Host, or another site's page asks.",
     404: "There is no such session (`not_found`), or it has no such photo (`no_photo`).",
     408: "The body stopped coming.",
@@ -44,6 +45,8 @@ def described(*statuses: int) -> Responses:
     failures: Responses = {
         status: {"model": Failure, "description": _MEANINGS[status]} for status in statuses
     }
+    if 401 in failures:
+        failures[401]["headers"] = {"WWW-Authenticate": _header("Bearer.", "string")}
     if 429 in failures:
         failures[429]["headers"] = {"Retry-After": _header("Seconds.", "integer")}
     return failures

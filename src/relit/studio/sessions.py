@@ -169,6 +169,11 @@ class Sessions:
         """Return how many there are."""
         return len(self._by_token)
 
+    @property
+    def size(self) -> int:
+        """Bytes that their photos and previews hold."""
+        return self._by_token.size
+
     def begin(self, photos: Sequence[Photo] = ()) -> str:
         """Begin a session, with a target and a reference if given; return its token, which none can guess."""
         token, session = secrets.token_urlsafe(24), Session()

@@ -3,6 +3,13 @@
 
 const BASE = "/api/v1";
 
+let token = "";
+
+/** Send a token with every request from now on; none if it is empty. @param {string} given */
+export function useToken(given) {
+  token = given;
+}
+
 /**
  * @typedef {"target" | "reference"} Role
  * @typedef {{scheme: string, points: (number[] | null)[], groups: Record<string, number[]>, detected: boolean}} Marks
@@ -33,10 +40,13 @@ export function isAborted(error) {
  * @param {{method?: string, json?: unknown, body?: Blob, signal?: AbortSignal}} [request]
  */
 async function ask(path, { method = "GET", json, body, signal } = {}) {
+  /** @type {Record<string, string>} */
+  const headers = {};
   /** @type {RequestInit} */
-  const init = { method, signal, body, headers: {}, cache: "no-store" };
+  const init = { method, signal, body, headers, cache: "no-store" };
+  if (token) headers.Authorization = `Bearer ${token}`;
   if (json !== undefined) {
-    init.headers = { "Content-Type": "application/json" };
+    headers["Content-Type"] = "application/json";
     init.body = JSON.stringify(json);
   }
   let response;

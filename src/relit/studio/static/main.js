@@ -3,6 +3,7 @@
 
 import { ApiError, fetchOptions } from "./api.js";
 import { Controls } from "./controls.js";
+import { entered } from "./entry.js";
 import { dropZone, onChosen, save } from "./files.js";
 import { Intake } from "./intake.js";
 import { Lighting } from "./lighting.js";
@@ -33,7 +34,7 @@ async function start() {
   /** @type {(files: File[]) => void} */
   let drop = () => {};
   dropZone(document.documentElement, (files) => drop(files));
-  const offer = await fetchOptions();
+  const offer = await entered(fetchOptions);
   const { session, photos, kept } = await begin();
   /** @type {Record<Role, string>} */
   let names = kept?.names ?? { target: "", reference: "" };
