@@ -15,7 +15,9 @@ from relit.runtime.memo import remembered
 from relit.studio import sessions as module
 from relit.studio.app import create_app
 from relit.studio.guard import HEADERS
-from relit.studio.sessions import Portrait, Session, Sessions, StudioError
+from relit.studio.limits import Limits
+from relit.studio.session import Portrait, Session, StudioError
+from relit.studio.sessions import Sessions
 from tests.served import served
 from tests.studio.api import API, png
 
@@ -54,7 +56,7 @@ class TestGuard:
 
     @pytest.mark.parametrize("chunked", [False, True])
     def test_floods_are_stopped(self, chunked):
-        with served(create_app(most_bytes=1_000_000)) as client:
+        with served(create_app(limits=Limits(bytes=1_000_000))) as client:
             address = f"{API}/sessions/{client.post(f'{API}/sessions').json()['session']}"
             content = (bytes(100_000) for _ in range(20)) if chunked else bytes(2_000_000)
             answer = client.put(f"{address}/photos/target", content=content)
@@ -62,7 +64,7 @@ class TestGuard:
             assert "1 MB at most" in answer.json()["error"]["message"]
 
     def test_photos_with_too_many_pixels_are_refused(self):
-        with served(create_app(most_pixels=1000)) as client:
+        with served(create_app(limits=Limits(pixels=1000))) as client:
             address = f"{API}/sessions/{client.post(f'{API}/sessions').json()['session']}"
             answer = client.put(f"{address}/photos/target", content=sample("target").read_bytes())
             assert answer.status_code == 400

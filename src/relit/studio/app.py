@@ -20,6 +20,7 @@ from relit.studio.guard import Guard
 from relit.studio.intake import Intake
 from relit.studio.limits import Limits
 from relit.studio.sessions import Sessions
+from relit.studio.work import Work
 
 #: Names by which a browser on this machine calls it.
 LOCAL = ("127.0.0.1", "localhost", "::1")
@@ -58,8 +59,9 @@ def create_app(
         openapi_url="/api/v1/openapi.json",
         generate_unique_id_function=lambda route: route.name,
     )
-    app.state.sessions = Sessions(limits.sessions, limits.memory) if sessions is None else sessions
+    app.state.sessions = Sessions(limits) if sessions is None else sessions
     app.state.limits = limits
+    app.state.work = Work(limits)
     app.include_router(api.api)
     app.include_router(api.of_session)
     app.include_router(gallery)
@@ -72,7 +74,7 @@ def create_app(
         def index() -> FileResponse:
             return FileResponse(f"{static}/index.html", media_type="text/html")
 
-    return Guard(Intake(app, limits.bytes), hosts)
+    return Guard(Intake(app, limits), hosts)
 
 
 class Server(uvicorn.Server):

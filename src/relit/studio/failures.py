@@ -1,8 +1,9 @@
-"""How the API says no: every answer of 4xx has one form, described in its schema."""
+"""How the API says no: every answer of 4xx and 503 has one form, described in its schema."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import ceil
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -11,7 +12,7 @@ from starlette.exceptions import HTTPException
 
 from relit.errors import FaceNotFoundError, ImageError, LandmarkError, OptionError, RelitError
 from relit.studio.models import Failure, Problem
-from relit.studio.sessions import StudioError
+from relit.studio.session import StudioError
 
 _KINDS = (
     (FaceNotFoundError, 409, "no_face"),
@@ -40,7 +41,8 @@ def answer_failures(app: FastAPI) -> None:
 
     @app.exception_handler(StudioError)
     def refuse(_request: Request, error: StudioError) -> JSONResponse:
-        return refusal(error.status, error.code, str(error))
+        again = {"Retry-After": str(max(ceil(error.again), 1))} if error.again is not None else None
+        return refusal(error.status, error.code, str(error), again)
 
     @app.exception_handler(RelitError)
     def refuse_input(_request: Request, error: RelitError) -> JSONResponse:

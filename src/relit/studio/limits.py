@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+#: Of the memory for photos, and of that for computations, what one client may take: what is left holds
+#: another's pair of 24 million px, and takes its export.
+SHARE = 0.75
+
 
 @dataclass(frozen=True)
 class Limits:
@@ -13,7 +17,7 @@ class Limits:
     ----------
     bytes, pixels : int
         Of one photo that is sent.
-    memory : int
+    memory, working_memory : int
         Bytes that photos and previews of all sessions may hold, and, apart from these, what all computations
         at once may take.
     sessions, sessions_per_client : int
@@ -31,6 +35,7 @@ class Limits:
     bytes: int = 200_000_000
     pixels: int = 100_000_000
     memory: int = 2_000_000_000
+    working_memory: int = 3_000_000_000
     sessions: int = 64
     sessions_per_client: int = 16
     workers: int = 2
