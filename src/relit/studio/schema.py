@@ -36,8 +36,8 @@ _MEANINGS = {
     413: "The body is longer than bodies of its kind may be.",
     422: "The request is not of the form that this schema describes.",
     429: "As much is being sent as fits into memory: ask again after the seconds in Retry-After.",
-    503: "Too much is to be done, or all sessions or the memory for photos are in use (`busy`); or the answer "
-    "takes too long (`too_long`). Ask again after the seconds in Retry-After.",
+    503: "Too much is to be done, or all sessions or all memory for photos are in use (`busy`); or the "
+    "answer takes too long (`too_long`). Ask again after the seconds in Retry-After.",
 }
 
 

@@ -53,7 +53,7 @@ class Sessions:
         StudioError
             If the client, or all together, have as many live sessions as they may have.
         """
-        token, session = secrets.token_urlsafe(24), Session(client)
+        token, session = secrets.token_urlsafe(24), Session(client, used=time.monotonic())
         with self._lock:
             self._end_expired()
             if len(self._of(client)) >= self._limits.sessions_per_client:
