@@ -101,11 +101,11 @@ class TestSessions:
         for _ in range(64):
             error = refused(lambda: store.begin(client="me"))
             assert (error.status, error.code) == (503, "busy")
-            assert 0 < error.again <= module.LIVE
+            assert 0 < error.again <= Limits.live_seconds
         others = [store.begin(client=client) for client in "ab"]
         assert refused(lambda: store.begin(client="c")).code == "busy"
         assert all(store.get(token) for token in (*mine, *others))
-        clock.pass_by(module.LIVE - 1)
+        clock.pass_by(Limits.live_seconds - 1)
         store.get(mine[0])
         clock.pass_by(2)
         store.begin(client="me")  # the idle one makes way, not the one that was used lately
@@ -127,7 +127,7 @@ class TestSessions:
         assert (list(two.portraits), two.gallery) == (["target"], {})
         store.keep(other, "target", blank())
         store.keep(two, "target", blank())  # in place of another
-        clock.pass_by(module.LIVE + 1)
+        clock.pass_by(Limits.live_seconds + 1)
         store.keep(two, "reference", blank())  # the idle one of this client makes way
         assert (len(store), two.size, other.size) == (2, 800, 400)
 
@@ -138,7 +138,7 @@ class TestSessions:
             sessions[client] = store.get(store.begin(client=client))
             if client != "c":
                 store.keep(sessions[client], "target", blank())
-                clock.pass_by(module.LIVE / 2)
+                clock.pass_by(Limits.live_seconds / 2)
         error = refused(lambda: store.keep(sessions["c"], "target", blank()))
         assert (error.status, error.code) == (503, "busy")
         assert not sessions["c"].portraits

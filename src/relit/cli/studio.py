@@ -31,7 +31,8 @@ def studio(photos: tuple[str, ...], port: int, opened: bool) -> None:
     if len(photos) not in (0, 2):
         raise click.UsageError("Give a TARGET and a REFERENCE, or neither.")
     server = _server()
-    sessions = server.Sessions()
+    limits = server.PERSONAL
+    sessions = server.Sessions(limits)
     token = ""
     if photos:
         with progress("Reading the photos"):
@@ -43,7 +44,7 @@ def studio(photos: tuple[str, ...], port: int, opened: bool) -> None:
         if opened:
             webbrowser.open(address)
 
-    server.Server(server.create_app(sessions=sessions), "127.0.0.1", port, ready).run()
+    server.Server(server.create_app(limits=limits, sessions=sessions), "127.0.0.1", port, ready).run()
 
 
 @click.command()

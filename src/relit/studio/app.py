@@ -18,6 +18,7 @@ from relit.studio.failures import answer_failures
 from relit.studio.gallery import gallery
 from relit.studio.guard import Guard
 from relit.studio.intake import Intake
+from relit.studio.limits import PERSONAL as PERSONAL
 from relit.studio.limits import Limits
 from relit.studio.sessions import Sessions
 from relit.studio.work import Work

@@ -24,8 +24,8 @@ LEAST_RATE = 64_000
 #: Seconds that a body may stop coming.
 PATIENCE = 30
 
-#: Seconds of its time that a body must have wasted before it gives way to another client's.
-_LAGS = 5
+#: Seconds for which a body must have let others wait before it gives way: a line may halt for a moment.
+_LAGS = 1
 
 
 @dataclass(eq=False)

@@ -22,6 +22,9 @@ class Limits:
         at once may take.
     sessions, sessions_per_client : int
         How many there may be.
+    live_seconds : float
+        For how long after a request its session is not ended for the sake of another one: twice as long as an
+        answer may take, and some.
     workers : int
         Computations at once.
     queue, queue_per_session : int
@@ -38,6 +41,7 @@ class Limits:
     working_memory: int = 3_000_000_000
     sessions: int = 64
     sessions_per_client: int = 16
+    live_seconds: float = 300
     workers: int = 2
     queue: int = 32
     queue_per_session: int = 4
@@ -45,3 +49,8 @@ class Limits:
     header_seconds: float = 10
     body_seconds: float = 120
     compute_seconds: float = 120
+
+
+#: Of one person at his own machine: what he leaves makes way for what he opens next, and an export takes what
+#: `relit transfer` takes.
+PERSONAL = Limits(sessions_per_client=64, live_seconds=0, working_memory=16_000_000_000)

@@ -19,9 +19,6 @@ from relit.studio.session import ROLES, Portrait, Session, StudioError, busy
 #: Seconds without a request after which a session ends.
 EXPIRES = 3600
 
-#: Seconds after a request for which a session is live: twice as long as its answer may take.
-LIVE = 300
-
 #: References that a session may have at hand.
 MOST_REFERENCES = 24
 
@@ -32,8 +29,8 @@ class Sessions:
     Parameters
     ----------
     limits : Limits
-        Of them, `sessions`, `sessions_per_client` and `memory`. Where there are as many sessions as there may
-        be, the one unused longest makes way for a new one, unless it is live.
+        Of them, `sessions`, `sessions_per_client`, `live_seconds` and `memory`. Where there are as many
+        sessions as there may be, the one unused longest makes way for a new one, unless it is live.
     """
 
     def __init__(self, limits: Limits = Limits()) -> None:
@@ -148,7 +145,7 @@ class Sessions:
 
     def _end_idle(self, tokens: list[str], whose: str) -> None:
         """End the first of some sessions, or refuse another one if it is live."""
-        left = self._by_token[tokens[0]].used + LIVE - time.monotonic()
+        left = self._by_token[tokens[0]].used + self._limits.live_seconds - time.monotonic()
         if left > 0:
             told = (
                 f"{whose} as many sessions in use as there may be; end one, or come back in {ceil(left)} s."
@@ -158,7 +155,7 @@ class Sessions:
 
     def _make_room(self, session: Session) -> None:
         """Make room for the photos of a session: previews go first, then idle sessions; or refuse them."""
-        most, idle_since = SHARE * self._limits.memory, time.monotonic() - LIVE
+        most, idle_since = SHARE * self._limits.memory, time.monotonic() - self._limits.live_seconds
         idle = {
             token: one
             for token, one in self._by_token.items()
