@@ -15,6 +15,7 @@ import threading
 import time
 import zipfile
 from collections.abc import Callable, Sequence
+from functools import partial
 from importlib.resources import files
 from pathlib import Path
 
@@ -43,6 +44,9 @@ app = create_app(hosts=LOCAL, page=False, limits={limits})
 Server(app, "127.0.0.1", 0, lambda url: print(url + "api/v1", flush=True)).run()
 """
 _STRENGTHS = (0.25, 0.5, 1.0)
+_THINKS = 2.0  # s at most, between what a person does
+#: The third part of an attacker's addresses, by its name.
+_NUMBERS = {name: 10 + number for number, name in enumerate(ATTACKERS)}
 
 
 def honest(address: str, number: int, goes_on: Callable[[], bool], tally: Tally) -> None:
@@ -69,6 +73,7 @@ def honest(address: str, number: int, goes_on: Callable[[], bool], tally: Tally)
                     put = client.put(f"{session}/photos/reference", content=photo)
             tally.expect("photo", put, 200)
             tally.same("photo", put.content)
+            time.sleep(draw.uniform(0, _THINKS))
             for sequence in range(3):
                 strength = draw.choice(_STRENGTHS)
                 wanted = {"options": {"strength": strength}, "side": 320, "sequence": sequence}
@@ -76,6 +81,7 @@ def honest(address: str, number: int, goes_on: Callable[[], bool], tally: Tally)
                     answer = client.post(f"{session}/render", json=wanted)
                 tally.expect("render", answer, 200)
                 tally.same(f"render {strength}", answer.content)
+                time.sleep(draw.uniform(0, _THINKS))
             with tally.timed("landmarks"):
                 marks = client.get(f"{session}/landmarks/target")
             tally.expect("landmarks", marks, 200)
@@ -100,7 +106,7 @@ def load(clients: int, quiet: float, seconds: float, phases: Sequence[Sequence[s
     clients : int
         Honest ones.
     quiet : float
-        How long they are alone at first.
+        How long they are alone, once they have settled for half as long.
     seconds : float
         How long each phase lasts.
     phases : sequence of sequences of str
@@ -126,18 +132,20 @@ def load(clients: int, quiet: float, seconds: float, phases: Sequence[Sequence[s
         # The first compiles, and knows what is right.
         turns = iter([True])
         run("honest", lambda: honest(address, 0, lambda: next(turns, False), tally)).join()
-        tally.phase = "quiet"
+        tally.phase = "settling"
         persons = [
-            run("honest", lambda n=number: honest(address, n, lambda: not over.is_set(), tally))  # type: ignore[misc]
+            run("honest", partial(honest, address, number, lambda: not over.is_set(), tally))
             for number in range(clients)
         ]
+        time.sleep(quiet / 2)  # until they do not do the same at the same time
+        tally.phase = "quiet"
         time.sleep(quiet)
         for names in phases:
             tally.phase = " + ".join(names)
-            attacks = [Attack(address, 10 + k, time.monotonic() + seconds, tally) for k in range(len(names))]
+            until = time.monotonic() + seconds
             hostile = [
-                run(name, lambda name=name, attack=attack: ATTACKERS[name](attack))  # type: ignore[misc]
-                for name, attack in zip(names, attacks, strict=True)
+                run(name, partial(ATTACKERS[name], Attack(address, _NUMBERS[name], until, tally)))
+                for name in names
             ]
             for thread in hostile:
                 thread.join()
@@ -160,7 +168,7 @@ def slowed(tally: Tally) -> list[str]:
     told = []
     for share in _SHARES:
         usual = tally.times("quiet", share)
-        for phase in tally.seconds.keys() - {"warm-up", "quiet"}:
+        for phase in tally.seconds.keys() - {"warm-up", "settling", "quiet"}:
             for kind, took in tally.times(phase, share).items():
                 if took > SLOWER * max(usual.get(kind, took), _NOTICED):
                     told.append(

@@ -9,6 +9,7 @@ from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
 
 from relit.errors import FaceNotFoundError, ImageError, LandmarkError, OptionError, RelitError
 from relit.studio.models import Failure, Problem
@@ -48,6 +49,10 @@ def answer_failures(app: FastAPI) -> None:
     def refuse_input(_request: Request, error: RelitError) -> JSONResponse:
         status, code = next((status, code) for kind, status, code in _KINDS if isinstance(error, kind))
         return refusal(status, code, str(error).removeprefix("binary file: "))
+
+    @app.exception_handler(ClientDisconnect)
+    def forget(_request: Request, _error: ClientDisconnect) -> JSONResponse:
+        return refusal(499, "gone", "The client has hung up.")
 
     @app.exception_handler(RequestValidationError)
     def refuse_form(_request: Request, error: RequestValidationError) -> JSONResponse:
