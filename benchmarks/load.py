@@ -16,13 +16,16 @@ import time
 import zipfile
 from collections.abc import Callable, Sequence
 from functools import partial
-from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import click
+import httpx
+from PIL import Image
 
 from benchmarks.attackers import ATTACKERS, Attack
 from benchmarks.tally import Tally, client_at
+from relit.photo.samples import sample
 from relit.studio.limits import Limits
 
 #: So that the bound is reached: a photo of 100 million px is read within a client's share of working memory.
@@ -44,58 +47,56 @@ app = create_app(hosts=LOCAL, page=False, limits={limits})
 Server(app, "127.0.0.1", 0, lambda url: print(url + "api/v1", flush=True)).run()
 """
 _STRENGTHS = (0.25, 0.5, 1.0)
-_THINKS = 2.0  # s at most, between what a person does
+_THINKS = 4.0  # s at most, between what a person does
 #: The third part of an attacker's addresses, by its name.
 _NUMBERS = {name: 10 + number for number, name in enumerate(ATTACKERS)}
 
 
 def honest(address: str, number: int, goes_on: Callable[[], bool], tally: Tally) -> None:
-    """Do what a person does, over and over."""
-    draw = random.Random(number)
-    photo = (files("relit.photo") / "sample_photos" / "reference.jpg").read_bytes()
+    """Do what a person does, over and over, with small photos: most of the time she looks and thinks."""
+    draw, (target, reference) = random.Random(number), small_photos()
     with client_at(address, f"127.0.1.{number + 1}") as client:
+
+        def ask(kind: str, method: str, path: str, *statuses: int, **sent: Any) -> httpx.Response:
+            with tally.timed(kind):
+                answer = client.request(method, path, **sent)
+                while answer.status_code == 429:  # until it is seen that others hold their photos back
+                    tally.count(f"{kind} put off")
+                    time.sleep(float(answer.headers["retry-after"]))
+                    answer = client.request(method, path, **sent)
+            tally.expect(kind, answer, *(statuses or (200,)))
+            if goes_on():
+                time.sleep(draw.uniform(0, _THINKS))
+            return answer
+
         while goes_on():
-            with tally.timed("options"):
-                tally.expect("options", client.get("/options"), 200)
-            with tally.timed("session"):
-                begun = client.post("/sessions")
-            tally.expect("session", begun, 201)
-            session = f"/sessions/{begun.json()['session']}"
-            with tally.timed("samples"):
-                loaded = client.post(f"{session}/samples")
-            tally.expect("samples", loaded, 200)
-            tally.same("samples", loaded.content)
-            with tally.timed("photo"):
-                put = client.put(f"{session}/photos/reference", content=photo)
-                while put.status_code == 429:  # until it is seen that others hold theirs back
-                    tally.count("photo put off")
-                    time.sleep(float(put.headers["retry-after"]))
-                    put = client.put(f"{session}/photos/reference", content=photo)
-            tally.expect("photo", put, 200)
-            tally.same("photo", put.content)
-            time.sleep(draw.uniform(0, _THINKS))
+            ask("options", "GET", "/options")
+            session = f"/sessions/{ask('session', 'POST', '/sessions', 201).json()['session']}"
+            for role, photo in (("target", target), ("reference", reference)):
+                tally.same(role, ask("photo", "PUT", f"{session}/photos/{role}", content=photo).content)
             for sequence in range(3):
                 strength = draw.choice(_STRENGTHS)
                 wanted = {"options": {"strength": strength}, "side": 320, "sequence": sequence}
-                with tally.timed("render"):
-                    answer = client.post(f"{session}/render", json=wanted)
-                tally.expect("render", answer, 200)
-                tally.same(f"render {strength}", answer.content)
-                time.sleep(draw.uniform(0, _THINKS))
-            with tally.timed("landmarks"):
-                marks = client.get(f"{session}/landmarks/target")
-            tally.expect("landmarks", marks, 200)
-            with tally.timed("shown"):
-                shown = client.get(f"{session}/photos/target", params={"side": 400})
-            tally.expect("shown", shown, 200)
-            tally.same("shown", shown.content)
-            if draw.random() < 0.2:
-                with tally.timed("export"):
-                    answer = client.post(f"{session}/export", json={"format": ".png"})
-                tally.expect("export", answer, 200)
-                with zipfile.ZipFile(io.BytesIO(answer.content)) as packed:
-                    tally.same("export", packed.read("relit.png"))
+                tally.same(
+                    f"render {strength}", ask("render", "POST", f"{session}/render", json=wanted).content
+                )
+            ask("landmarks", "GET", f"{session}/landmarks/target")
+            tally.same("shown", ask("shown", "GET", f"{session}/photos/target", params={"side": 400}).content)
+            made = ask("export", "POST", f"{session}/export", json={"format": ".png"})
+            with zipfile.ZipFile(io.BytesIO(made.content)) as packed:
+                tally.same("export", packed.read("relit.png"))
             tally.expect("end", client.delete(session), 204)
+
+
+def small_photos() -> list[bytes]:
+    """Return the faces of the sample photos as small files."""
+    made = []
+    for role, box in (("target", (150, 40, 300, 210)), ("reference", (230, 130, 630, 650))):
+        file = io.BytesIO()
+        with Image.open(sample(role)) as photo:
+            photo.convert("RGB").crop(box).resize((160, 200)).save(file, "PNG")
+        made.append(file.getvalue())
+    return made
 
 
 def load(clients: int, quiet: float, seconds: float, phases: Sequence[Sequence[str]]) -> tuple[Tally, float]:
