@@ -15,11 +15,10 @@ pytestmark = [pytest.mark.slow, pytest.mark.e2e]
 
 @pytest.mark.rotating
 def test_the_honest_are_served_and_attackers_refused():
-    tally, peak = load(clients=6, quiet=10, seconds=20, phases=[list(ATTACKERS)])
+    phases = [*([name] for name in ATTACKERS), list(ATTACKERS)]
+    tally, peak = load(clients=8, quiet=2, seconds=2.5, phases=phases)
     assert tally.wrong == []
     assert 0 < peak <= BOUND
-    attacked = tally.seconds[" + ".join(ATTACKERS)]
-    assert {"options", "session", "samples", "photo", "render", "landmarks", "shown"} <= attacked.keys()
     for kind in (
         *("many renders 503", "held uploads", "many sessions 503", "half a head", "shrunk face 400"),
         *("hung-up export", "black photo 200", "bomb 400", "stranger 403"),
@@ -30,12 +29,12 @@ def test_the_honest_are_served_and_attackers_refused():
 def test_what_is_slowed_is_told():
     tally = Tally()
     tally.seconds["quiet"]["render"] = [1.0] * 10
-    tally.seconds["alone"]["render"] = [SLOWER * 0.99] * 10
+    tally.seconds["many_renders"]["render"] = [SLOWER * 0.99] * 10
     assert slowed(tally) == []
-    tally.seconds["some"]["render"] = [1.0] * 8 + [SLOWER * 1.01] * 2
+    tally.seconds["half_heads"]["render"] = [1.0] * 8 + [SLOWER * 1.01] * 2
     (told,) = slowed(tally)
     assert "90%" in told
-    assert "(some)" in told
+    assert "(half_heads)" in told
 
 
 def test_the_black_photo_is_one():
