@@ -1,7 +1,8 @@
 """Honest clients of the studio beside attackers: ``python -m benchmarks.load``.
 
 Each honest client makes a session, sends photos, and asks for previews and files; it must get what the first
-of them got, and beside each attacker within five times as long as without. Then all come at once. None may be answered with a failure of the server, and its memory is bounded.
+of them got, and beside each attacker within five times as long as without. Then all come at once. None may be
+answered with a failure of the server, and its memory is bounded.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.e2e]
 @pytest.mark.rotating
 def test_the_honest_are_served_and_attackers_refused():
     phases = [*([name] for name in ATTACKERS), list(ATTACKERS)]
-    tally, peak = load(clients=8, quiet=2, seconds=2.5, phases=phases)
+    tally, peak = load(clients=8, quiet=1.5, seconds=2, phases=phases)
     assert tally.wrong == []
     assert 0 < peak <= BOUND
     for kind in (
