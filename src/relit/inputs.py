@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+    from relit.face.views import Window
     from relit.photo.foreign_images import AnyImage
     from relit.settings.options import TransferOptions
 
@@ -169,13 +170,20 @@ def _face_view(
 ) -> View:
     """Return the view that a method gets of a target."""
     factor = reduction(landmarks, options, detail)
+    return view_of(image, landmarks, face_window(image.shape, landmarks, options, factor), factor)
+
+
+def face_window(
+    shape: tuple[int, ...], landmarks: Landmarks, options: TransferOptions, factor: int
+) -> Window:
+    """Return the part of a target that a method looks at."""
     if not options.mask:
-        return view_of(image, landmarks, whole(image, landmarks).window, factor)
+        return slice(0, shape[0]), slice(0, shape[1])
     points = np.vstack([face_outline(landmarks), landmarks.xy])
     margin = max(REACH, _SURROUNDINGS) * landmarks.interocular_distance
     if options.record.relights_head:
         points, margin = np.vstack([corners_round(landmarks), landmarks.xy]), 0.0
-    return view_of(image, landmarks, window_round(points, margin, image.shape, factor), factor)
+    return window_round(points, margin, shape, factor)
 
 
 def reduction(landmarks: Landmarks, options: TransferOptions, detail: float | None) -> int:

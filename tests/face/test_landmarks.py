@@ -290,3 +290,41 @@ def test_eyes_in_one_place_are_refused():
     points[36:48] = 50
     with pytest.raises(LandmarkError, match="eyes coincide"):
         Landmarks(points)
+
+
+def test_faces_of_one_pixel_beside_those_of_a_photo_are_refused():
+    points = scattered("mesh478", 3)
+    for share, fine in ((1 / 100, True), (1 / 900, True), (1e-4, False), (1e-6, False)):
+        target, reference = Landmarks(points * share + 50), Landmarks(points)
+        for pair in ((target, reference), (reference, target)):
+            if fine:
+                check_pair(*pair)
+                continue
+            with pytest.raises(LandmarkError, match="one to be at most 1000 times as large") as told:
+                check_pair(*pair)
+            for landmarks in pair:
+                assert f"{landmarks.interocular_distance:.3g}" in str(told.value)
+
+
+def test_depth_does_not_hide_that_a_face_has_no_size():
+    points = scattered("mesh478", 3)
+    flat = points * [1e-5, 1e-5, 1] + 50
+    assert Landmarks(flat).interocular_distance > 0.1 * Landmarks(points).interocular_distance
+    with pytest.raises(LandmarkError, match="1000 times"):
+        check_pair(Landmarks(flat), Landmarks(points))
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_points_far_from_their_image_are_refused(axis):
+    points = 90 * scattered("mesh478", 3) / np.abs(scattered("mesh478", 3)).max()
+    check_inside(Landmarks(points), (100, 100), "landmarks")
+    points[33, axis] = 450
+    with pytest.raises(LandmarkError, match="px is far from the 100x100 image"):
+        check_inside(Landmarks(points), (100, 100), "landmarks")
+
+
+def test_points_nearly_on_a_line_are_refused():
+    points = 100 * np.random.default_rng(0).random((68, 2))
+    Landmarks(points * [1, 0.05])
+    with pytest.raises(LandmarkError, match="on one line, or nearly so"):
+        Landmarks(points * [1, 0.005])

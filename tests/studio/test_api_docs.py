@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from benchmarks.load import BOUND
+from benchmarks.load import BOUND, LIMITS
 from relit import studio
 from relit.photo.reading import read_image
 from relit.photo.samples import copy_samples
 from relit.relighting import transfer
 from relit.studio.app import create_app
-from relit.studio.intake import SMALL_BYTES
-from relit.studio.limits import Limits
+from relit.studio.intake import LEAST_RATE, PATIENCE, SMALL_BYTES
+from relit.studio.limits import SHARE, Limits
 from relit.studio.sessions import EXPIRES
 from tests.served import served
 
@@ -74,7 +74,7 @@ def test_every_place_is_in_the_table(client):
 
 def test_every_kind_of_failure_is_in_the_table():
     source = "".join(path.read_text("utf-8") for path in Path(*studio.__path__).glob("*.py"))
-    made = set(re.findall(r'\b4\d\d[,:] "([a-z_]+)"', source))
+    made = set(re.findall(r'\b(?:4\d\d|503)[,:]\s+"([a-z_]+)"', source))
     told = set(re.findall(r"`([a-z_]+)`", TEXT.partition("| status |")[2].partition("##")[0]))
     assert made == told - {"code"}
 
@@ -86,12 +86,23 @@ def test_the_failure_shown_is_the_one_made(client):
 
 
 def test_limits_are_the_servers():
+    assert (Limits.workers, SHARE) == (2, 0.75)
     text = " ".join(TEXT.split())
     for said in (
         f"at most {Limits.bytes / 1e6:.0f} MB and {Limits.pixels / 1e6:.0f} million px",
         f"any other body {SMALL_BYTES / 1e6} MB",
         f"at most {2 * Limits.bytes / 1e6:.0f} MB over all clients",
+        f"half of that of one. A body has {Limits.body_seconds} s",
+        f"each {LEAST_RATE / 1e3:.0f} kB",
+        f"stopped coming for {PATIENCE} s",
+        f"At most {Limits.sessions} sessions, {Limits.sessions_per_client} of them a client's",
         f"idle for {EXPIRES} s",
+        f"idle for {Limits.live_seconds} s",
+        f"all sessions hold at most {Limits.memory / 1e6:.0f} MB, a client's photos three quarters",
+        f"{Limits.queue} may wait, {Limits.queue_per_session} of each session",
+        f"wait for {Limits.compute_seconds} s and then take {Limits.compute_seconds} s",
+        f"all together take at most {Limits.working_memory / 1e6:.0f} MB",
+        f"photos {LIMITS.memory / 1e6:.0f} MB and computations {LIMITS.working_memory / 1e6:.0f} MB",
         f"holds the server to {BOUND} MB",
     ):
         assert said in text, said

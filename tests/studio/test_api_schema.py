@@ -13,7 +13,7 @@ from PIL import Image
 
 from relit.photo.samples import sample
 from relit.studio.app import create_app
-from relit.studio.sessions import Sessions
+from relit.studio.limits import Limits
 from tests.served import served
 
 pytestmark = pytest.mark.slow
@@ -47,7 +47,7 @@ def small(role, factor):
 
 @pytest.mark.rotating
 def test_every_answer_is_one_that_the_schema_describes(tmp_path):
-    app = Counted(create_app(sessions=Sessions(most=10_000)))
+    app = Counted(create_app(limits=Limits(sessions=10_000, sessions_per_client=10_000)))
     with served(app) as client:
         schema = client.get(f"{API}/openapi.json").json()
         session, other, empty = (client.post(f"{API}/sessions").json()["session"] for _ in range(3))

@@ -3,19 +3,20 @@
 import io
 import time
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from relit.photo.reading import read_image
+from relit.photo.photo import Photo
 from relit.photo.samples import sample
 from relit.runtime.memo import remembered
 from relit.studio import sessions as module
 from relit.studio.app import create_app
 from relit.studio.guard import HEADERS
-from relit.studio.sessions import Portrait, Session, Sessions, StudioError
+from relit.studio.limits import Limits
+from relit.studio.session import ROLES, Portrait, Session, StudioError
+from relit.studio.sessions import Sessions
 from tests.served import served
 from tests.studio.api import API, png
 
@@ -54,7 +55,7 @@ class TestGuard:
 
     @pytest.mark.parametrize("chunked", [False, True])
     def test_floods_are_stopped(self, chunked):
-        with served(create_app(most_bytes=1_000_000)) as client:
+        with served(create_app(limits=Limits(bytes=1_000_000))) as client:
             address = f"{API}/sessions/{client.post(f'{API}/sessions').json()['session']}"
             content = (bytes(100_000) for _ in range(20)) if chunked else bytes(2_000_000)
             answer = client.put(f"{address}/photos/target", content=content)
@@ -62,7 +63,7 @@ class TestGuard:
             assert "1 MB at most" in answer.json()["error"]["message"]
 
     def test_photos_with_too_many_pixels_are_refused(self):
-        with served(create_app(most_pixels=1000)) as client:
+        with served(create_app(limits=Limits(pixels=1000))) as client:
             address = f"{API}/sessions/{client.post(f'{API}/sessions').json()['session']}"
             answer = client.put(f"{address}/photos/target", content=sample("target").read_bytes())
             assert answer.status_code == 400
@@ -86,44 +87,120 @@ class TestSessions:
         assert (answer.status_code, answer.json()["error"]["code"]) == (404, "not_found")
         assert client.get(f"{place}/photos/target").status_code == 200
 
-    def test_idle_ones_expire(self, monkeypatch):
+    def test_idle_ones_expire(self, clock):
         store = Sessions()
         token = store.begin()
-        now = time.monotonic()
-        # Not `time.monotonic` itself: a server beside this test would sleep until then.
-        later = SimpleNamespace(monotonic=lambda: now + module.EXPIRES + 1)
-        monkeypatch.setattr(module, "time", later)
+        clock.pass_by(module.EXPIRES + 1)
         with pytest.raises(StudioError, match="has ended"):
             store.get(token)
         assert len(store) == 0
 
-    def test_their_number_and_their_memory_are_bounded(self):
-        store = Sessions(most=3, most_bytes=1000)
-        tokens = [store.begin() for _ in range(5)]
-        assert len(store) == 3
-        photo = read_image(io.BytesIO(png(np.zeros((20, 20), np.uint8))))  # 400 bytes
-        for token in tokens[2:]:
-            store.keep(store.get(token), "target", Portrait(photo, None, False))
+    def test_a_live_one_is_ended_by_nobody_else(self, clock):
+        store = Sessions(Limits(sessions=4, sessions_per_client=2))
+        mine = [store.begin(client="me") for _ in range(2)]
+        for _ in range(64):
+            error = refused(lambda: store.begin(client="me"))
+            assert (error.status, error.code) == (503, "busy")
+            assert 0 < error.again <= Limits.live_seconds
+        others = [store.begin(client=client) for client in "ab"]
+        assert refused(lambda: store.begin(client="c")).code == "busy"
+        assert all(store.get(token) for token in (*mine, *others))
+        clock.pass_by(Limits.live_seconds - 1)
+        store.get(mine[0])
+        clock.pass_by(2)
+        store.begin(client="me")  # the idle one makes way, not the one that was used lately
+        assert store.get(mine[0])
+        assert refused(lambda: store.get(mine[1])).code == "not_found"
+        store.begin(client="c")
+        assert refused(lambda: store.get(others[0])).code == "not_found"
+        assert store.get(others[1])
+        assert len(store) == 4
+
+    def test_a_client_has_no_more_than_its_share_of_memory(self, clock):
+        store = Sessions(Limits(memory=2000))
+        one, two, other = (store.get(store.begin(client=client)) for client in ("me", "me", "other"))
+        for session, role in ((one, "target"), (one, "reference"), (two, "target")):
+            store.keep(session, role, blank())
+        error = refused(lambda: store.keep(two, "reference", blank()))
+        assert (error.status, error.code) == (409, "full")
+        assert refused(lambda: store.keep_in_gallery(two, "a", blank())).code == "full"
+        assert (list(two.portraits), two.gallery) == (["target"], {})
+        store.keep(other, "target", blank())
+        store.keep(two, "target", blank())  # in place of another
+        clock.pass_by(Limits.live_seconds + 1)
+        store.keep(two, "reference", blank())  # the idle one of this client makes way
+        assert (len(store), two.size, other.size) == (2, 800, 400)
+
+    def test_where_memory_is_full_the_idle_go_and_the_live_stay(self, clock):
+        store = Sessions(Limits(memory=1000))
+        sessions = {}
+        for client in "abc":
+            sessions[client] = store.get(store.begin(client=client))
+            if client != "c":
+                store.keep(sessions[client], "target", blank())
+                clock.pass_by(Limits.live_seconds / 2)
+        error = refused(lambda: store.keep(sessions["c"], "target", blank()))
+        assert (error.status, error.code) == (503, "busy")
+        assert not sessions["c"].portraits
+        clock.pass_by(1)
+        store.keep(sessions["c"], "target", blank())
         assert len(store) == 2
-        with pytest.raises(StudioError):
-            store.get(tokens[2])
-        assert store.get(tokens[4]).portrait("target").photo is photo
         with pytest.raises(StudioError, match="no reference yet"):
             Session().portrait("reference")
 
-    def test_previews_of_the_idle_go_before_their_photos(self):
-        store = Sessions(most_bytes=1000)
-        photo = read_image(io.BytesIO(png(np.zeros((20, 20), np.uint8))))  # 400 bytes
-        idle, busy, one = (store.get(store.begin()) for _ in range(3))
+    def test_previews_go_before_photos(self):
+        store = Sessions(Limits(memory=1000))
+        idle, busy, one = (store.get(store.begin(client=client)) for client in "abc")
         for session in (idle, busy):
-            store.keep(session, "target", Portrait(photo, None, False))
+            store.keep(session, "target", blank())
             with session.memo.open():
                 remembered(np.zeros)(shape=10, dtype="u1")
+        photo = idle.portraits["target"].photo
         idle.portraits["target"].previews[64] = replace(photo, pixels=photo.pixels.copy())
-        with busy.lock:
-            store.make_room(one)
-            assert (idle.memo.size, idle.size, len(store)) == (0, 400, 3)
+        with store.computing(busy):
+            with store.computing(one):
+                pass
+            assert (idle.memo.size, idle.size) == (0, 400)
             assert busy.size == 410  # what is at work keeps what it works on
-            store.keep(one, "target", Portrait(photo, None, False))
-        assert len(store) == 2
-        assert one.size == 400
+            store.keep(one, "target", blank(100))
+        assert (len(store), one.size) == (3, 100)
+
+    def test_who_works_on_photos_keeps_those_it_began_with(self):
+        store, session = Sessions(), Session()
+        for role in ROLES:
+            store.keep(session, role, blank())
+        before, photos = session.portraits, dict(session.portraits)
+        store.swap(session)
+        store.keep(session, "target", blank())
+        assert before == photos
+        assert session.portraits["reference"] is photos["target"]
+
+
+def blank(size=400):
+    """A photo of so many bytes."""
+    return Portrait(Photo(np.zeros((size // 20, 20), np.uint8)), None, False)
+
+
+def refused(act):
+    with pytest.raises(StudioError) as caught:
+        act()
+    return caught.value
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """The clock of sessions, which the test puts forward."""
+
+    class Clock:
+        now = time.monotonic()
+
+        def monotonic(self):
+            return self.now
+
+        def pass_by(self, seconds):
+            self.now += seconds
+
+    # Not `time.monotonic` itself: a server beside this test would sleep until then.
+    clock = Clock()
+    monkeypatch.setattr(module, "time", clock)
+    return clock

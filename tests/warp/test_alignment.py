@@ -12,7 +12,7 @@ from skimage.transform import AffineTransform, warp
 
 from relit.errors import ImageError, LandmarkError, OptionError
 from relit.face.landmarks import Landmarks
-from relit.warp.alignment import align
+from relit.warp.alignment import MAP_TOLERANCE, align, lay_over
 from relit.warp.similarity import fit_similarity
 
 
@@ -116,7 +116,7 @@ def test_anchors_keep_their_distance_from_a_face_at_the_frame(face_points):
 def test_the_map_does_not_depend_on_the_threads_of_blas():
     code = """
 import hashlib, numpy as np
-from relit.warp.alignment import align
+from relit.warp.alignment import MAP_TOLERANCE, align, lay_over
 from relit.face.landmarks import Landmarks
 rng = np.random.default_rng(0)
 points = rng.random((160, 2)) * 300 + 50
@@ -182,3 +182,20 @@ def test_similarity_is_the_least_squares_one():
     a, b, *shift = np.linalg.lstsq(system, destination.T.ravel(), rcond=None)[0]
     np.testing.assert_allclose(fitted.linear, [[a, -b], [b, a]], atol=1e-12)
     np.testing.assert_allclose(fitted.shift, shift, atol=1e-12)
+
+
+@pytest.mark.parametrize("scale", [20, 60])
+@pytest.mark.parametrize("tolerance", [MAP_TOLERANCE, 0.25])
+def test_a_reference_that_is_far_larger_is_seen_as_by_the_targets_pixels(scale, tolerance):
+    rng, size = np.random.default_rng(scale), 24
+    reference = gaussian_filter(rng.random((scale * size, scale * size)), scale / 3).astype(np.float32)
+    reference = (reference - reference.min()) / np.ptp(reference)
+    points = np.array([[6.0, 6], [17, 6], [11, 11], [7, 17], [16, 17]])
+    there = (points + 0.5) * scale - 0.5
+    made = lay_over(reference, Landmarks(there), Landmarks(points), (size, size), tolerance=tolerance)
+    assert made.scale == pytest.approx(scale)
+    blurred = gaussian_filter(reference.astype(float), 0.5 * np.sqrt(scale**2 - 1), mode="nearest")
+    middle = (np.arange(4, size - 4) + 0.5) * scale - 0.5
+    expected = blurred[np.ix_(middle.round().astype(int), middle.round().astype(int))]
+    seen = made.warped[4:-4, 4:-4]
+    assert np.abs(seen - expected).max() < 0.02 * np.ptp(blurred)

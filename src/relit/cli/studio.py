@@ -31,7 +31,8 @@ def studio(photos: tuple[str, ...], port: int, opened: bool) -> None:
     if len(photos) not in (0, 2):
         raise click.UsageError("Give a TARGET and a REFERENCE, or neither.")
     app, server = studio_module("app"), studio_module("server")
-    sessions = app.Sessions()
+    limits = app.PERSONAL
+    sessions = app.Sessions(limits)
     token = ""
     if photos:
         with progress("Reading the photos"):
@@ -43,7 +44,9 @@ def studio(photos: tuple[str, ...], port: int, opened: bool) -> None:
         if opened:
             webbrowser.open(address)
 
-    server.Server(app.create_app(sessions=sessions), "127.0.0.1", port, ready).run()
+    server.Server(
+        app.create_app(limits=limits, sessions=sessions), "127.0.0.1", port, ready, limits=limits
+    ).run()
 
 
 def studio_module(name: str) -> ModuleType:

@@ -193,7 +193,7 @@ def _joined(
     others = np.zeros_like(persons)
     for part in (persons, persons & above):
         groups = _groups(part)
-        counts = np.bincount(groups[face])
+        counts = np.bincount(groups[face], minlength=1)
         counts[0] = 0
         others |= part & (groups != counts.argmax())
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))

@@ -23,6 +23,15 @@ if TYPE_CHECKING:
 #: yardstick for hand-made points that do not say where the eyes are.
 _ROOT_AREA_PER_IOD = 2.0
 
+#: By how much the face in a reference may be larger or smaller than the target's. The largest that a photo of
+#: 100 million px holds is 300 times as large as the smallest that is found in any.
+_MOST_SCALE = 1000.0
+#: How far from its image a point may lie, in longest sides of it: a frame that cuts a face leaves it some.
+_BEYOND = 4
+#: How far points must leave their best line, by what they spread along it: faces have 0.5 and more, even
+#: turned by 85 degrees.
+_FLATTEST = 0.01
+
 _LARGEST = 1e6  # px: far beyond any photo, far below where float64 arithmetic on squares suffers
 
 
@@ -169,7 +178,8 @@ def check_inside(landmarks: Landmarks, shape: tuple[int, ...], name: str) -> Non
     """Refuse landmarks that cannot belong to an image of shape ``(H, W, ...)``, with a `LandmarkError`.
 
     Placed points must lie on the image, give or take one pixel. The mesh covers a whole face even where
-    the frame cuts it, so of its points at least half must. The message names the argument `name`.
+    the frame cuts it, so of its points at least half must, and the others, with their depth, not far from it.
+    The message names the argument `name`.
     """
     height, width = shape[:2]
     x, y = landmarks.xy.T
@@ -181,6 +191,11 @@ def check_inside(landmarks: Landmarks, shape: tuple[int, ...], name: str) -> Non
             f"{name}: {count} of {len(landmarks)} points lie outside the {width}x{height} image, for example "
             f"point {row} at ({x[row]:.1f}, {y[row]:.1f}); are they landmarks of another image?"
         )
+    if (farthest := np.abs(landmarks.points).max()) > (most := _BEYOND * max(width, height) + 1):
+        raise LandmarkError(
+            f"{name}: a coordinate of {farthest:.1f} px is far from the {width}x{height} image; expected at "
+            f"most {most} px; are they landmarks of another image?"
+        )
 
 
 def check_pair(target: Landmarks, reference: Landmarks) -> None:
@@ -189,14 +204,24 @@ def check_pair(target: Landmarks, reference: Landmarks) -> None:
     Raises
     ------
     LandmarkError
-        If scheme or number of points differ, or if two target points coincide while their reference points
-        do not: no map takes one place to two.
+        If scheme or number of points differ, if one face is more than 1000 times as large as the other, or if
+        two target points coincide while their reference points do not: no map takes one place to two.
     """
     if target.scheme != reference.scheme or len(target) != len(reference):
         raise LandmarkError(
             "target_landmarks and reference_landmarks must pair up row by row: the target has "
             f"{len(target)} points ({target.scheme}), the reference has {len(reference)} "
             f"({reference.scheme}); give both from files of one scheme, or let both be detected"
+        )
+    # By the points that align them, in the plane: eyes may be far apart in depth.
+    rows = control_rows(target)
+    sizes = [float(one.xy[rows].std(axis=0).max()) for one in (target, reference)]
+    if max(sizes) > _MOST_SCALE * min(sizes):
+        eyes = " and ".join(f"{one.interocular_distance:.3g}" for one in (target, reference))
+        raise LandmarkError(
+            f"target_landmarks and reference_landmarks: the faces have sizes of {sizes[0]:.3g} and "
+            f"{sizes[1]:.3g} px, and interocular distances of {eyes} px; expected one to be at most "
+            f"{_MOST_SCALE:g} times as large as the other; are they landmarks of these two photos?"
         )
     near = np.triu(squared_distances(target.xy, target.xy) <= 1e-9**2, 1)
     for first, second in np.argwhere(near):
@@ -236,7 +261,7 @@ def _check_points(array: NDArray[np.float64]) -> None:
     centred = array[:, :2] - array[:, :2].mean(axis=0)
     # The smaller singular value measures how far the points leave their best line.
     large, small = np.linalg.svd(centred, compute_uv=False)
-    if small <= 1e-6 * max(large, 1.0):
+    if small <= max(_FLATTEST * large, 1e-6):
         raise LandmarkError(
-            "landmarks: all points lie on one line (or in one place); a face needs points off it"
+            "landmarks: all points lie on one line, or nearly so, or in one place; a face needs points off it"
         )

@@ -19,6 +19,8 @@ from relit.photo.profile import is_usable
 from relit.photo.streams import name_of, open_source
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from relit.photo.photo import Photo
@@ -72,6 +74,47 @@ def read_image(source: FileOrName, *, max_pixels: int = DEFAULT_MAX_PIXELS) -> P
     >>> photo.pixels, photo.format
     (array([[  0, 255]], dtype=uint8), 'PGM')
     """
+    return _upright(_decoded(source, max_pixels))
+
+
+class _SizeTold(BaseException):
+    """Ends decoding once the size is known: no error, so that none who handles errors takes it for one."""
+
+
+def claimed_size(source: FileOrName, *, max_pixels: int = DEFAULT_MAX_PIXELS) -> tuple[int, int, int]:
+    """Return width, height and bytes a pixel that a photo claims to have; no pixel is decoded.
+
+    Parameters
+    ----------
+    source, max_pixels
+        As of `read_image`.
+
+    Raises
+    ------
+    ImageError
+        As `read_image` does, of what the head of the file tells.
+
+    Examples
+    --------
+    >>> import io
+    >>> claimed_size(io.BytesIO(b"P5 2 1 255 "))
+    (2, 1, 3)
+    """
+
+    def tell(*size: int) -> None:
+        raise _SizeTold(size)
+
+    try:
+        _decoded(source, max_pixels, tell)
+    except _SizeTold as told:
+        return told.args[0]  # type: ignore[no-any-return]
+    raise AssertionError("decoders tell the size first")
+
+
+def _decoded(
+    source: FileOrName, max_pixels: int, tell: Callable[[int, int, int], None] = lambda *_: None
+) -> Photo:
+    """Return a photo as it lies in its file; its size is told before its pixels are decoded."""
     name = name_of(source)
 
     def check_size(width: int, height: int, depth: int = 3) -> None:
@@ -83,10 +126,11 @@ def read_image(source: FileOrName, *, max_pixels: int = DEFAULT_MAX_PIXELS) -> P
             raise ImageError(f"{claim}, more than the {max_pixels} px allowed; {advice}")
         if width * height * depth > (most := max_pixels * _BYTES_A_PIXEL):
             raise ImageError(f"{claim} of {depth} bytes each, more than {most / 1e6:.0f} MB; {advice}")
+        tell(width, height, depth)
 
     with open_source(source, _SMALLEST_LIMIT + int(_BYTES_A_PIXEL * max_pixels)) as stream:
         try:
-            return _upright(decode(stream, check_size))
+            return decode(stream, check_size)
         except ImageError as error:
             raise ImageError(f"{name}: {error}") from error.__cause__
         except MemoryError as error:

@@ -99,8 +99,10 @@ class Memo(Keeper):
 
 
 @contextmanager
-def doing_once() -> Iterator[None]:
+def doing_once(go_on: Callable[[], None] = lambda: None) -> Iterator[None]:
     """Let each step within be done once: open a `Memo`, unless a keeper is open that sees to it.
+
+    Before a step is done, `go_on` is called: what it raises ends the work.
 
     Examples
     --------
@@ -112,7 +114,7 @@ def doing_once() -> Iterator[None]:
     >>> done
     [1, 2]
     """
-    with nullcontext() if _open.get() else Memo(_OF_ONE_CALL).open():
+    with nullcontext() if _open.get() else Memo(_OF_ONE_CALL).open(go_on):
         yield
 
 

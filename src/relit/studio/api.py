@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from typing import Annotated
+from contextlib import suppress
+from functools import partial
+from typing import Annotated, TypeVar
 
+from anyio import CapacityLimiter
+from anyio.to_thread import run_sync
 from fastapi import APIRouter, Depends, Path, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 
@@ -17,11 +20,12 @@ from relit.face.landmark_files import FORMATS as LANDMARK_FORMATS
 from relit.face.landmark_files import landmarks_as_bytes, landmarks_from
 from relit.face.landmarks import Landmarks, check_inside
 from relit.photo.pixels import check_pixels
-from relit.photo.reading import read_image
+from relit.photo.reading import claimed_size, read_image
 from relit.photo.samples import sample
 from relit.settings.options import TransferOptions
 from relit.settings_file import as_points
-from relit.studio import models
+from relit.studio import models, needs
+from relit.studio.clients import client_of
 from relit.studio.lights import light_headers
 from relit.studio.limits import Limits
 from relit.studio.pictures import (
@@ -29,6 +33,9 @@ from relit.studio.pictures import (
     exported,
     exported_at_hand,
     jpeg,
+    memory_of_export,
+    memory_of_part,
+    memory_of_preview,
     part_at,
     preview_of,
     rendered,
@@ -36,11 +43,17 @@ from relit.studio.pictures import (
     window_of,
 )
 from relit.studio.schema import FILE, NAMED, VIEW_HEADERS, described, links, sends
-from relit.studio.sessions import EXPIRES, ROLES, Portrait, Session, Sessions, StudioError
+from relit.studio.session import ROLES, Portrait, Session, StudioError
+from relit.studio.sessions import EXPIRES, Sessions
+from relit.studio.work import GoOn, Work
 
-#: Computations, two at once over all sessions: more would only be slower, and the models that find faces are
-#: in memory once for each thread.
-_WORKERS = ThreadPoolExecutor(2, "relit")
+#: Photos whose heads are looked at, at once.
+_HEADS = CapacityLimiter(2)
+
+#: Width, height, bytes a pixel and bytes of the larger sample, rounded up.
+_SAMPLE = (1000, 1200, 3, 1_000_000)
+
+Made = TypeVar("Made")
 
 Token = Annotated[str, Path(pattern="^[A-Za-z0-9_-]{1,100}$")]
 Side = Annotated[int, Query(ge=64, le=4096)]
@@ -64,9 +77,43 @@ Store = Annotated[Sessions, Depends(_store)]
 ThisSession = Annotated[Session, Depends(_session)]
 ThisPortrait = Annotated[Portrait, Depends(_portrait)]
 
-api = APIRouter(prefix="/api/v1", responses=described(403, 408, 413, 429))
+api = APIRouter(prefix="/api/v1", responses=described(403, 408, 413, 429, 503))
 #: Routes within a session.
-of_session = APIRouter(prefix="/api/v1/sessions/{session}", responses=described(403, 404, 408, 413, 422, 429))
+of_session = APIRouter(
+    prefix="/api/v1/sessions/{session}", responses=described(403, 404, 408, 413, 422, 429, 503)
+)
+
+
+async def computed(
+    request: Request,
+    session: Session,
+    task: Callable[[GoOn], Made],
+    memory: int,
+    wanted: GoOn = lambda: None,
+) -> Made:
+    """Return what a task returns, once it has had its turn; see `Work.do`."""
+    work: Work = request.app.state.work
+    store: Sessions = request.app.state.sessions
+
+    def alone(go_on: GoOn) -> Made:
+        with store.computing(session):
+            return task(go_on)
+
+    return await work.do(
+        alone,
+        session=session,
+        client=client_of(request.scope),
+        wanted=wanted,
+        memory=memory,
+        gone=_hung_up(request),
+    )
+
+
+async def _hung_up(request: Request) -> None:
+    """Return once the client has."""
+    with suppress(Exception):  # one that is refused meanwhile may as well have
+        while (await request.receive())["type"] != "http.disconnect":
+            pass
 
 
 @api.get("/options")
@@ -86,9 +133,9 @@ _THEN = links(201, "$response.body#/session", "about", "samples", "put_photo", "
 
 
 @api.post("/sessions", status_code=201, responses=_THEN)
-def begin(store: Store) -> models.Begun:
+def begin(request: Request, store: Store) -> models.Begun:
     """Begin a session."""
-    return models.Begun(session=store.begin(), expires_in=EXPIRES)
+    return models.Begun(session=store.begin(client=client_of(request.scope)), expires_in=EXPIRES)
 
 
 @api.delete("/sessions/{session}", status_code=204, response_model=None, responses=described(422))
@@ -104,55 +151,69 @@ def about(session: ThisSession) -> models.Seats:
 
 
 @of_session.post("/samples", responses=links(200, "$request.path.session", "render", "export", "swap"))
-def samples(request: Request, store: Store, session: ThisSession) -> models.Pair:
+async def samples(request: Request, store: Store, session: ThisSession) -> models.Pair:
     """Load the two sample photos."""
-    for role in ROLES:
-        data = io.BytesIO(sample(role).read_bytes())
-        store.keep(session, role, find_face(data, role, request.app.state.limits.pixels))
-    store.keep_in_gallery(session, "sample", session.portrait("reference"))
+
+    def load(go_on: GoOn) -> None:
+        for role in ROLES:
+            data = io.BytesIO(sample(role).read_bytes())
+            store.keep(session, role, find_face(data, role, request.app.state.limits.pixels, go_on))
+        store.keep_in_gallery(session, "sample", session.portrait("reference"))
+
+    await computed(request, session, load, needs.of_reading(*_SAMPLE))
     return models.Pair.of(session.portraits)
 
 
-@of_session.put("/photos/{role}", openapi_extra=FILE, responses=described(400))
-async def put_photo(request: Request, session: ThisSession, role: models.Role) -> models.PhotoFacts:
+@of_session.put("/photos/{role}", openapi_extra=FILE, responses=described(400, 409))
+async def put_photo(
+    request: Request, store: Store, session: ThisSession, role: models.Role
+) -> models.PhotoFacts:
     """Take a photo, as the body, and find its face."""
-    portrait = await posted(request, find_face, role)
-    (await _store(request)).keep(session, role, portrait)
+    portrait = await posted(request, session, role, lambda found: store.keep(session, role, found))
     return models.PhotoFacts.of(portrait, role)
 
 
-async def posted(request: Request, find: Callable[[io.BytesIO, str, int], Portrait], role: str) -> Portrait:
-    """Return the photo that is the body of a request, with its face."""
+async def posted(request: Request, session: Session, role: str, keep: Callable[[Portrait], None]) -> Portrait:
+    """Keep the photo that is the body of a request, with its face, and return it."""
+    pixels = request.app.state.limits.pixels
     # Not request.body(), which holds it twice for a while; and freed even where a traceback lives on.
     with io.BytesIO() as data:
         async for part in request.stream():
             data.write(part)
+        length = data.tell()
         data.seek(0)
-        return await run_in_threadpool(find, data, role, request.app.state.limits.pixels)
+        size = await run_sync(partial(claimed_size, data, max_pixels=pixels), limiter=_HEADS)
+        data.seek(0)
+
+        def find(go_on: GoOn) -> Portrait:
+            portrait = find_face(data, role, pixels, go_on)
+            keep(portrait)
+            return portrait
+
+        return await computed(request, session, find, needs.of_reading(*size, length))
 
 
-def find_face(data: io.BytesIO, role: str, most_pixels: int) -> Portrait:
+def find_face(data: io.BytesIO, role: str, most_pixels: int, go_on: GoOn) -> Portrait:
     """Return a photo of a role, with its face if one is found."""
-
-    def found() -> Portrait:
-        photo = read_image(data, max_pixels=most_pixels)
-        check_pixels(photo.pixels, role)
-        return Portrait.of(photo, role)
-
-    return _WORKERS.submit(found).result()
+    photo = read_image(data, max_pixels=most_pixels)
+    check_pixels(photo.pixels, role)
+    go_on()
+    return Portrait.of(photo, role)
 
 
 @of_session.get("/photos/{role}", **sends("image/jpeg", "The photo.", {}))
-def get_photo(store: Store, session: ThisSession, portrait: ThisPortrait, side: Side = 1280) -> Response:
+async def get_photo(
+    request: Request, session: ThisSession, portrait: ThisPortrait, side: Side = 1280
+) -> Response:
     """Return a photo as a JPEG in sRGB."""
-    return shown(store, session, portrait, side)
+    return await shown(request, session, portrait, side)
 
 
-def shown(store: Sessions, session: Session, portrait: Portrait, side: int) -> Response:
+async def shown(request: Request, session: Session, portrait: Portrait, side: int) -> Response:
     """Answer with a photo of a session, at most so many px long."""
-    with store.computing(session):
-        photo = _WORKERS.submit(preview_of, portrait, side).result()
-    return Response(jpeg(photo.pixels), media_type="image/jpeg")
+    memory = needs.of_showing(side, side)
+    data = await computed(request, session, lambda _: jpeg(preview_of(portrait, side).pixels), memory)
+    return Response(data, media_type="image/jpeg")
 
 
 @of_session.get("/landmarks/{role}")
@@ -169,24 +230,30 @@ def put_landmarks(portrait: ThisPortrait, role: models.Role, points: models.Poin
 
 def _place(portrait: Portrait, role: str, landmarks: Landmarks) -> models.Marks | None:
     check_inside(landmarks, portrait.photo.pixels.shape, f"{role}_landmarks")
-    # Without the session's lock: a hand that drags a point does not wait for the preview that it makes stale.
+    # At once: a hand that drags a point does not wait for the preview that it makes stale.
     portrait.landmarks, portrait.detected = landmarks, False
     return models.Marks.of(portrait)
 
 
 @of_session.post("/landmarks/{role}/detect", responses=described(409))
-def detect(portrait: ThisPortrait, role: models.Role) -> models.Marks | None:
+async def detect(
+    request: Request, session: ThisSession, portrait: ThisPortrait, role: models.Role
+) -> models.Marks | None:
     """Detect the landmarks of a photo again."""
-    portrait.landmarks = _WORKERS.submit(detect_landmarks, portrait.photo.pixels, name=role).result()
-    portrait.detected = True
+
+    def find(_: GoOn) -> None:
+        portrait.landmarks, portrait.detected = detect_landmarks(portrait.photo.pixels, name=role), True
+
+    await computed(request, session, find, needs.of_detecting(portrait.photo))
     return models.Marks.of(portrait)
 
 
 @of_session.get("/part", responses=described(400, 409))
-def part(session: ThisSession, x: Place, y: Place) -> models.Part:
+async def part(request: Request, session: ThisSession, x: Place, y: Place) -> models.Part:
     """Tell which part of the target's face is at a place of the photo, in px."""
     portrait = session.portrait("target", needed=True)
-    return models.Part(part=_WORKERS.submit(part_at, portrait, x, y).result())
+    memory = memory_of_part(portrait)
+    return models.Part(part=await computed(request, session, lambda _: part_at(portrait, x, y), memory))
 
 
 @of_session.get("/landmarks/{role}/file", **sends("application/octet-stream", "The file.", NAMED, 409))
@@ -199,70 +266,76 @@ def get_file(portrait: ThisPortrait, role: models.Role, suffix: Suffix) -> Respo
 
 @of_session.put("/landmarks/{role}/file", openapi_extra=FILE, responses=described(400, 409))
 async def put_file(
-    request: Request, portrait: ThisPortrait, role: models.Role, suffix: Suffix
+    request: Request, session: ThisSession, portrait: ThisPortrait, role: models.Role, suffix: Suffix
 ) -> models.Marks | None:
     """Take the landmarks of a photo from a file, the body."""
     name, data = f"{role}{suffix}", await request.body()
     try:
-        landmarks = await run_in_threadpool(landmarks_from, data, name)
+        landmarks = await computed(
+            request, session, lambda _: landmarks_from(data, name), needs.of_parsing(len(data))
+        )
     except LandmarkError as error:
         raise LandmarkError(str(error).replace(name, "the file")) from None
     return _place(portrait, role, landmarks)
 
 
 @of_session.post("/swap", responses=described(409))
-def swap(session: ThisSession) -> models.Pair:
+def swap(store: Store, session: ThisSession) -> models.Pair:
     """Swap the roles of the two photos."""
-    with session.lock:
-        target, reference = (session.portrait(role, needed=True) for role in ROLES)
-        session.portraits = {"target": reference, "reference": target}
+    store.swap(session)
     return models.Pair.of(session.portraits)
 
 
 @of_session.post("/render", **sends("image/jpeg", "The view.", VIEW_HEADERS, 400, 409))
-def render(store: Store, session: ThisSession, wanted: models.RenderRequest) -> Response:
+async def render(request: Request, session: ThisSession, wanted: models.RenderRequest) -> Response:
     """Return a preview as a JPEG; a request that a newer one has overtaken is stale.
 
     Thumbnails, of 256 px at most, are no part of that sequence. With `reference`, that one of those at hand
     gives the light.
     """
-    settings = TransferOptions().changed(**wanted.options)
+    settings = await run_in_threadpool(TransferOptions().changed, **wanted.options)
     thumbnail = wanted.side <= THUMBNAIL
     if not thumbnail:
         session.newest = max(session.newest, wanted.sequence)
 
-    def go_on() -> None:
+    def still_wanted() -> None:
         if not thumbnail and wanted.sequence < session.newest:
             raise StudioError(409, "stale", "A newer preview was asked for.")
 
-    with store.computing(session):
-        preview = _WORKERS.submit(rendered, session, settings, wanted, go_on)
-        result, factor = preview.result()
-    views = views_of(result)
-    if wanted.view not in views:
-        raise StudioError(400, "bad_option", f"method {settings.method} has no view {wanted.view}.")
-    headers = {
-        "X-Relit-Window": ",".join(f"{share:.6f}" for share in window_of(result, wanted.view)),
-        "X-Relit-Views": ",".join(views),
-        "X-Relit-Lambda-Px": f"{result.view.factor * factor / result.lam:.2f}",
-        "X-Relit-Seconds": f"{sum(result.seconds.values()):.3f}",
-    } | light_headers(result)
-    return Response(jpeg(views[wanted.view]()), media_type="image/jpeg", headers=headers)
+    def view(go_on: GoOn) -> Response:
+        result, factor = rendered(session, settings, wanted, go_on)
+        views = views_of(result)
+        if wanted.view not in views:
+            raise StudioError(400, "bad_option", f"method {settings.method} has no view {wanted.view}.")
+        headers = {
+            "X-Relit-Window": ",".join(f"{share:.6f}" for share in window_of(result, wanted.view)),
+            "X-Relit-Views": ",".join(views),
+            "X-Relit-Lambda-Px": f"{result.view.factor * factor / result.lam:.2f}",
+            "X-Relit-Seconds": f"{sum(result.seconds.values()):.3f}",
+        } | light_headers(result)
+        return Response(jpeg(views[wanted.view]()), media_type="image/jpeg", headers=headers)
+
+    still_wanted()
+    return await computed(request, session, view, memory_of_preview(session, settings, wanted), still_wanted)
 
 
 @of_session.post("/export", **sends("application/zip", "The files.", NAMED, 400, 409))
-def export(store: Store, session: ThisSession, wanted: models.ExportRequest) -> Response:
+async def export(request: Request, session: ThisSession, wanted: models.ExportRequest) -> Response:
     """Return the relit photo at full resolution, its landmarks and settings, in a ZIP file.
 
     With the name of a photo at hand as `target`, that one is relit, and its file alone is returned.
     """
-    settings = TransferOptions().changed(**wanted.options)
-    with store.computing(session):
-        if wanted.target is None:
-            data = _WORKERS.submit(exported, session, settings, wanted.format).result()
-            return _attached(data, "relit.zip", "application/zip")
-        other = _WORKERS.submit(exported_at_hand, session, settings, wanted.format, wanted.target)
-        return _attached(other.result(), f"relit{wanted.format}", "application/octet-stream")
+    settings = await run_in_threadpool(TransferOptions().changed, **wanted.options)
+    target, suffix = wanted.target, wanted.format
+
+    def files(go_on: GoOn) -> Response:
+        if target is None:
+            return _attached(exported(session, settings, suffix, go_on), "relit.zip", "application/zip")
+        data = exported_at_hand(session, settings, suffix, target, go_on)
+        return _attached(data, f"relit{suffix}", "application/octet-stream")
+
+    memory = memory_of_export(session, settings, suffix, target)
+    return await computed(request, session, files, memory)
 
 
 def _attached(data: bytes, name: str, media_type: str) -> Response:

@@ -18,11 +18,13 @@ from relit.studio.failures import answer_failures
 from relit.studio.gallery import gallery
 from relit.studio.guard import Guard
 from relit.studio.intake import Intake
+from relit.studio.limits import PERSONAL as PERSONAL
 from relit.studio.limits import Limits
 from relit.studio.metrics import MEDIA_TYPE, Metrics
 from relit.studio.schema import described
 from relit.studio.sessions import Sessions
 from relit.studio.watch import Watch
+from relit.studio.work import Work
 
 #: Names by which a browser on this machine calls it.
 LOCAL = ("127.0.0.1", "localhost", "::1")
@@ -58,7 +60,7 @@ def create_app(
     -------
     ASGI application
     """
-    sessions = Sessions(limits.sessions, limits.memory) if sessions is None else sessions
+    sessions = Sessions(limits) if sessions is None else sessions
     metrics = metrics or Metrics()
     app = FastAPI(
         title="relit studio",
@@ -72,6 +74,7 @@ def create_app(
         dependencies=[Depends(HTTPBearer(auto_error=False))] if token else [],
     )
     app.state.sessions, app.state.limits, app.state.metrics = sessions, limits, metrics
+    app.state.work = Work(limits)
     for router in (api.api, api.of_session, gallery):
         app.include_router(router, responses=described(401) if token else None)
     answer_failures(app)
@@ -84,7 +87,7 @@ def create_app(
         def index() -> FileResponse:
             return FileResponse(f"{static}/index.html", media_type="text/html")
 
-    taken = Intake(app, limits.bytes)
+    taken = Intake(app, limits)
     return Watch(Guard(Access(taken, token) if token else taken, hosts), metrics)
 
 
@@ -93,6 +96,11 @@ def _tell_state(app: FastAPI) -> None:
     sessions, metrics = app.state.sessions, app.state.metrics
     metrics.gauge("relit_sessions", "Sessions that there are.", lambda: len(sessions))
     metrics.gauge("relit_session_bytes", "Bytes that their photos and previews hold.", lambda: sessions.size)
+    work: Work = app.state.work
+    metrics.gauge(
+        "relit_computations_waiting", "Computations that wait for their turn.", lambda: work.waiting
+    )
+    metrics.gauge("relit_computations_running", "Computations that run.", lambda: work.running)
 
     @app.get(HEALTH, include_in_schema=False)
     async def health() -> dict[str, str]:

@@ -14,6 +14,7 @@ from fastapi.responses import JSONResponse
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from relit.studio.addresses import plain
+from relit.studio.clients import client_of
 from relit.studio.failures import refusal
 
 #: Closed connections, beside the open ones, that still have time to read why.
@@ -31,7 +32,7 @@ class Bounds:
     Attributes
     ----------
     most, per_client : int
-        How many there may be at once, and of one address.
+        How many there may be at once, and of one client.
     head_seconds : float
         How long the head of a request may take, or the rest of one that was refused.
     read_seconds : float
@@ -64,10 +65,10 @@ class Connection(H11Protocol):
         """Take a connection, or refuse one too many."""
         super().connection_made(transport)
         bounds, host = self._bounds, self.client[0] if self.client else ""
-        address = plain(host)
+        address, us = plain(host), client_of({"client": self.client})
         many = address is not None and any(address in network for network in bounds.proxies)
         others = [one for one in self.connections if isinstance(one, Connection) and not one._closed]
-        ours = 0 if many else sum(one.client is not None and one.client[0] == host for one in others)
+        ours = 0 if many else sum(client_of({"client": one.client}) == us for one in others)
         if len(others) > bounds.most or ours > bounds.per_client:
             message = "There are as many connections as there may be; close some, or ask again in a second."
             self._close("too_many_connections", refusal(503, "busy", message, {"Retry-After": "1"}))

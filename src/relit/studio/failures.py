@@ -1,17 +1,19 @@
-"""How the API says no: every answer of 4xx has one form, described in its schema."""
+"""How the API says no: every answer of 4xx and 503 has one form, described in its schema."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import ceil
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
 
 from relit.errors import FaceNotFoundError, ImageError, LandmarkError, OptionError, RelitError
 from relit.studio.models import Failure, Problem
-from relit.studio.sessions import StudioError
+from relit.studio.session import StudioError
 
 _KINDS = (
     (FaceNotFoundError, 409, "no_face"),
@@ -40,12 +42,17 @@ def answer_failures(app: FastAPI) -> None:
 
     @app.exception_handler(StudioError)
     def refuse(_request: Request, error: StudioError) -> JSONResponse:
-        return refusal(error.status, error.code, str(error))
+        again = {"Retry-After": str(max(ceil(error.again), 1))} if error.again is not None else None
+        return refusal(error.status, error.code, str(error), again)
 
     @app.exception_handler(RelitError)
     def refuse_input(_request: Request, error: RelitError) -> JSONResponse:
         status, code = next((status, code) for kind, status, code in _KINDS if isinstance(error, kind))
         return refusal(status, code, str(error).removeprefix("binary file: "))
+
+    @app.exception_handler(ClientDisconnect)
+    def forget(_request: Request, _error: ClientDisconnect) -> JSONResponse:
+        return refusal(499, "gone", "The client has hung up.")
 
     @app.exception_handler(RequestValidationError)
     def refuse_form(_request: Request, error: RequestValidationError) -> JSONResponse:

@@ -7,14 +7,14 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Path, Request, Response
 
 from relit.studio import models
-from relit.studio.api import Side, Store, ThisSession, find_face, posted, shown
+from relit.studio.api import Side, Store, ThisSession, posted, shown
 from relit.studio.schema import FILE, described, sends
-from relit.studio.sessions import Portrait
+from relit.studio.session import Portrait
 
 Name = Annotated[str, Path(alias="id", pattern=models.REFERENCE_ID)]
 
 gallery = APIRouter(
-    prefix="/api/v1/sessions/{session}/references", responses=described(403, 404, 408, 413, 422, 429)
+    prefix="/api/v1/sessions/{session}/references", responses=described(403, 404, 408, 413, 422, 429, 503)
 )
 
 
@@ -28,7 +28,7 @@ ThisPortrait = Annotated[Portrait, Depends(_portrait)]
 @gallery.get("")
 def list_references(session: ThisSession) -> dict[str, models.PhotoFacts]:
     """Describe all references at hand."""
-    return {name: models.PhotoFacts.of(one, "reference") for name, one in dict(session.gallery).items()}
+    return {name: models.PhotoFacts.of(one, "reference") for name, one in session.gallery.items()}
 
 
 @gallery.put("/{id}", openapi_extra=FILE, responses=described(400, 409))
@@ -36,25 +36,27 @@ async def put_reference(
     request: Request, store: Store, session: ThisSession, name: Name
 ) -> models.PhotoFacts:
     """Take a reference, as the body, and find its face; another one of this name is forgotten."""
-    portrait = await posted(request, find_face, "reference")
-    store.keep_in_gallery(session, name, portrait)
+    portrait = await posted(
+        request, session, "reference", lambda found: store.keep_in_gallery(session, name, found)
+    )
     return models.PhotoFacts.of(portrait, "reference")
 
 
 @gallery.delete("/{id}", status_code=204, response_model=None)
-def delete_reference(session: ThisSession, name: Name) -> None:
+def delete_reference(store: Store, session: ThisSession, name: Name) -> None:
     """Forget a reference."""
-    session.in_gallery(name)
-    session.gallery.pop(name, None)
+    store.drop_from_gallery(session, name)
 
 
 @gallery.get("/{id}/photo", **sends("image/jpeg", "The photo.", {}))
-def get_reference(store: Store, session: ThisSession, portrait: ThisPortrait, side: Side = 1280) -> Response:
+async def get_reference(
+    request: Request, session: ThisSession, portrait: ThisPortrait, side: Side = 1280
+) -> Response:
     """Return a reference as a JPEG in sRGB."""
-    return shown(store, session, portrait, side)
+    return await shown(request, session, portrait, side)
 
 
-@gallery.post("/{id}/choose")
+@gallery.post("/{id}/choose", responses=described(409))
 def choose(store: Store, session: ThisSession, portrait: ThisPortrait) -> models.Seats:
     """Make a reference the session's own; it stays at hand."""
     store.keep(session, "reference", portrait)

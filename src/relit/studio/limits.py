@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+#: Of the memory for photos, and of that for computations, what one client may take: what is left holds
+#: another's pair of 24 million px, and takes its export.
+SHARE = 0.75
+
 
 @dataclass(frozen=True)
 class Limits:
@@ -13,11 +17,14 @@ class Limits:
     ----------
     bytes, pixels : int
         Of one photo that is sent.
-    memory : int
+    memory, working_memory : int
         Bytes that photos and previews of all sessions may hold, and, apart from these, what all computations
         at once may take.
     sessions, sessions_per_client : int
         How many there may be.
+    live_seconds : float
+        For how long after a request its session is not ended for the sake of another one: twice as long as an
+        answer may take, and some.
     workers : int
         Computations at once.
     queue, queue_per_session : int
@@ -31,8 +38,10 @@ class Limits:
     bytes: int = 200_000_000
     pixels: int = 100_000_000
     memory: int = 2_000_000_000
+    working_memory: int = 3_000_000_000
     sessions: int = 64
     sessions_per_client: int = 16
+    live_seconds: float = 300
     workers: int = 2
     queue: int = 32
     queue_per_session: int = 4
@@ -40,3 +49,8 @@ class Limits:
     header_seconds: float = 10
     body_seconds: float = 120
     compute_seconds: float = 120
+
+
+#: Of one person at his own machine: what he leaves makes way for what he opens next, and an export takes what
+#: `relit transfer` takes.
+PERSONAL = Limits(sessions_per_client=64, live_seconds=0, working_memory=16_000_000_000)

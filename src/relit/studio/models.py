@@ -16,7 +16,7 @@ from relit.settings.option_fields import GROUPS
 from relit.settings.options import TransferOptions
 from relit.settings.studio_lights import STUDIO_LIGHTS
 from relit.studio.pictures import VIEWS
-from relit.studio.sessions import ROLES, Portrait
+from relit.studio.session import ROLES, Portrait
 
 Role = Literal["target", "reference"]
 #: Names of references at hand, which clients choose.

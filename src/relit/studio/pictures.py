@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import io
 import math
 import zipfile
@@ -25,12 +26,14 @@ from relit.photo.resampling import reduced
 from relit.relighting import transfer
 from relit.result_files import check_results_destination, write_results
 from relit.results import TransferResult
-from relit.runtime.memo import remembered
+from relit.runtime.memo import doing_once, remembered
 from relit.settings.options import PARTS, TransferOptions
 from relit.settings_file import Settings, as_json
-from relit.studio.sessions import ROLES, Portrait, Session
+from relit.studio import needs
+from relit.studio.session import ROLES, Portrait, Session
 
-Faces = dict[str, tuple[Photo, Landmarks]]
+Seat = tuple[Photo, Landmarks]
+Faces = dict[str, Seat]
 
 #: Names of the views, in the order in which they are shown; a method has some of them.
 VIEWS = (
@@ -76,16 +79,41 @@ def rendered(
     Before each step `go_on` is called: what it raises ends the work.
     """
     go_on()
+    session = copy.copy(session)  # with what it has now: a photo may be exchanged meanwhile
     factor = _factor(session.portrait("target", needed=True).photo, asked.side)
     with (session.small if asked.side <= THUMBNAIL else session.memo).open(go_on):
-        detail = options.record.sketch_iod if asked.quick else options.record.preview_iod
-        return _relit(_faces(session, options, asked.side, asked.reference), options, detail), factor
+        return _relit(
+            _faces(session, options, asked.side, asked.reference), options, _detail(options, asked)
+        ), factor
 
 
-def exported(session: Session, options: TransferOptions, suffix: str) -> bytes:
-    """Return what ``relit transfer --config settings.json`` makes of the same photos, and what it takes."""
+def _detail(options: TransferOptions, asked: Asked) -> float:
+    return options.record.sketch_iod if asked.quick else options.record.preview_iod
+
+
+def memory_of_preview(session: Session, options: TransferOptions, asked: Asked) -> int:
+    """Return the bytes that `rendered` takes; raise a `StudioError` if a photo or its face is missing."""
+    ready = [session.ready(role, asked.reference) for role in _roles(options)]
+    photos = [(portrait.photo, marks) for portrait, marks in ready]
+    first, *_, last = [_factor(photo, asked.side) for photo, _ in photos] * 2
+    return needs.of_transfer(*_pair(photos), options, smaller=(first, last), detail=_detail(options, asked))
+
+
+def memory_of_export(session: Session, options: TransferOptions, suffix: str, target: str | None) -> int:
+    """Return the bytes that `exported` takes, or with a target `exported_at_hand`; raise as they do."""
+    faces = _faces(session, options) | ({} if target is None else _at_hand(session, target))
+    return needs.of_transfer(*_pair(list(faces.values())), options, suffix=suffix)
+
+
+def exported(
+    session: Session, options: TransferOptions, suffix: str, go_on: Callable[[], None] = lambda: None
+) -> bytes:
+    """Return what ``relit transfer --config settings.json`` makes of the same photos, and what it takes.
+
+    Before each step `go_on` is called: what it raises ends the work.
+    """
     faces = _faces(session, options)
-    image = _file_of(faces, options, suffix)
+    image = _file_of(faces, options, suffix, go_on)
     landmarks = {role: marks for role, (_, marks) in faces.items()}
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
@@ -96,19 +124,29 @@ def exported(session: Session, options: TransferOptions, suffix: str) -> bytes:
     return packed.getvalue()
 
 
-def exported_at_hand(session: Session, options: TransferOptions, suffix: str, target: str) -> bytes:
-    """Return the file of another photo, one at hand, in the same light."""
+def exported_at_hand(
+    session: Session, options: TransferOptions, suffix: str, target: str, go_on: Callable[[], None]
+) -> bytes:
+    """Return the file of another photo, one at hand, in the same light; as `exported` does."""
+    faces = _faces(session, options) | _at_hand(session, target)
+    return _file_of(faces, options, suffix, go_on).getvalue()
+
+
+def _at_hand(session: Session, target: str) -> Faces:
     portrait = session.in_gallery(target, needed=True)
-    given = {"target": (portrait.photo, portrait.face("target"))}
-    return _file_of(_faces(session, options) | given, options, suffix).getvalue()
+    return {"target": (portrait.photo, portrait.face("target"))}
 
 
-def _file_of(faces: Faces, options: TransferOptions, suffix: str) -> NamedBytes:
+def _file_of(faces: Faces, options: TransferOptions, suffix: str, go_on: Callable[[], None]) -> NamedBytes:
     """Return the relit photo at its full size as a file."""
     target, image = faces["target"][0], NamedBytes(f"relit{_ENDINGS.get(suffix, suffix)}")
     like = replace(target, alpha=None) if suffix == ".jpg" else target
     check_results_destination(image, like=like)
-    write_results(image, [_relit(faces, options)], like=like)
+    with doing_once(go_on):
+        result = _relit(faces, options)
+    go_on()
+    write_results(image, [result], like=like)
+    go_on()
     return image
 
 
@@ -116,14 +154,21 @@ def _faces(
     session: Session, options: TransferOptions, side: int | None = None, reference: str | None = None
 ) -> Faces:
     """Return the photos of a transfer and their landmarks by role, at the size of a preview if it is one."""
-    roles = ROLES if options.light is None else ROLES[:1]
-    ready = {role: session.ready(role, reference) for role in roles}
+    ready = {role: session.ready(role, reference) for role in _roles(options)}
     if side is None:
         return {role: (portrait.photo, marks) for role, (portrait, marks) in ready.items()}
     return {
         role: (preview_of(portrait, side), marks.reduced(_factor(portrait.photo, side)))
         for role, (portrait, marks) in ready.items()
     }
+
+
+def _roles(options: TransferOptions) -> tuple[str, ...]:
+    return ROLES if options.light is None else ROLES[:1]
+
+
+def _pair(photos: list[Seat]) -> tuple[Seat, Seat | None]:
+    return photos[0], photos[1] if len(photos) > 1 else None
 
 
 @remembered
@@ -142,7 +187,7 @@ def _relit(faces: Faces, options: TransferOptions, detail: float | None = None) 
 def part_at(portrait: Portrait, x: float, y: float) -> str | None:
     """Return the part of the face that a place of a photo, in px, is in; None off the face."""
     face = portrait.face("target")
-    factor = max(int(face.interocular_distance / _LOOKED_AT), 1)
+    factor = _part_factor(face)
     height, width = portrait.photo.pixels.shape[:2]
     regions = FaceRegions(face.reduced(factor), (height // factor + 1, width // factor + 1))
     row, column = (min(int(at / factor), end - 1) for at, end in zip((y, x), regions.shape, strict=True))
@@ -151,6 +196,17 @@ def part_at(portrait: Portrait, x: float, y: float) -> str | None:
     }
     part = max(shares, key=shares.__getitem__)
     return part if shares[part] > 0 else None
+
+
+def memory_of_part(portrait: Portrait) -> int:
+    """Return the bytes that `part_at` takes; raise a `StudioError` if there are no landmarks."""
+    factor = _part_factor(portrait.face("target"))
+    height, width = portrait.photo.pixels.shape[:2]
+    return needs.of_showing(width // factor, height // factor)
+
+
+def _part_factor(face: Landmarks) -> int:
+    return max(int(face.interocular_distance / _LOOKED_AT), 1)
 
 
 def views_of(result: TransferResult) -> dict[str, Callable[[], NDArray[Any]]]:

@@ -33,10 +33,12 @@ _MEANINGS = {
     404: "There is no such session (`not_found`), or it has no such photo (`no_photo`).",
     408: "The body stopped coming.",
     409: "A photo (`no_photo`) or its landmarks (`no_face`) are missing, a newer preview was asked for "
-    "(`stale`), or there are as many references as there may be (`full`).",
+    "(`stale`), or there are as many photos as there may be (`full`).",
     413: "The body is longer than bodies of its kind may be.",
     422: "The request is not of the form that this schema describes.",
-    429: "Others are sending as much as fits into memory: ask again after the seconds in Retry-After.",
+    429: "As much is being sent as fits into memory: ask again after the seconds in Retry-After.",
+    503: "Too much is to be done, or all sessions or all memory for photos are in use (`busy`); or the "
+    "answer takes too long (`too_long`). Ask again after the seconds in Retry-After.",
 }
 
 
@@ -47,8 +49,8 @@ def described(*statuses: int) -> Responses:
     }
     if 401 in failures:
         failures[401]["headers"] = {"WWW-Authenticate": _header("Bearer.", "string")}
-    if 429 in failures:
-        failures[429]["headers"] = {"Retry-After": _header("Seconds.", "integer")}
+    for status in {429, 503} & failures.keys():
+        failures[status]["headers"] = {"Retry-After": _header("Seconds.", "integer")}
     return failures
 
 

@@ -1,4 +1,7 @@
-"""Sessions: each browser's photos, kept apart from all others', for a while, in memory alone."""
+"""Sessions: each browser's photos, kept apart from all others', for a while, in memory alone.
+
+A session that was used lately is live: no stranger ends it. Whoever would take more than there is, is told.
+"""
 
 from __future__ import annotations
 
@@ -7,146 +10,17 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from math import ceil
 
-from relit.errors import FaceNotFoundError, RelitError
-from relit.face.detect import detect_landmarks
-from relit.face.landmarks import Landmarks
 from relit.photo.photo import Photo
-from relit.runtime.lru import LRU
-from relit.runtime.memo import Memo, size_of
+from relit.studio.limits import SHARE, Limits
+from relit.studio.session import ROLES, Portrait, Session, StudioError, busy
 
 #: Seconds without a request after which a session ends.
 EXPIRES = 3600
 
-ROLES = ("target", "reference")
-
 #: References that a session may have at hand.
 MOST_REFERENCES = 24
-
-_OF_THUMBNAILS = 30_000_000  # bytes: a look at a target of 160 px, and what twelve lights do to it
-
-
-class StudioError(RelitError):
-    """A request that cannot be met: with its HTTP status, and a code that tells programs why."""
-
-    def __init__(self, status: int, code: str, message: str) -> None:
-        super().__init__(message)
-        self.status, self.code = status, code
-
-
-@dataclass
-class Portrait:
-    """A photo of a session, and where its face is.
-
-    Attributes
-    ----------
-    photo : Photo
-    landmarks : Landmarks or None
-        None where no face was found, and none has been placed by hand.
-    detected : bool
-        Whether the landmarks were found, not placed.
-    previews : dict
-        Longest side in px → the photo at that size.
-    """
-
-    photo: Photo
-    landmarks: Landmarks | None
-    detected: bool
-    previews: dict[int, Photo] = field(default_factory=dict)
-
-    def face(self, role: str) -> Landmarks:
-        """Return the landmarks; raise a `StudioError` if there are none."""
-        if self.landmarks is None:
-            raise StudioError(409, "no_face", f"The {role} has no landmarks yet; place them by hand.")
-        return self.landmarks
-
-    @classmethod
-    def of(cls, photo: Photo, role: str) -> Portrait:
-        """Return a photo with its face, if one is found."""
-        try:
-            return cls(photo, detect_landmarks(photo.pixels, name=role), True)
-        except FaceNotFoundError:
-            return cls(photo, None, False)
-
-
-@dataclass
-class Session:
-    """What one client has.
-
-    Attributes
-    ----------
-    portraits : dict
-        Role → photo and face.
-    gallery : dict
-        Name → photo and face of a reference at hand.
-    newest : int
-        The highest sequence number of a preview asked for: older ones are stale.
-    memo, small : Memo
-        What its last previews were made of, and its last thumbnails: many of them do not push out what a
-        preview needs.
-    used : float
-        When it was last asked for, by the monotonic clock.
-    lock : Lock
-        Held while the session computes: one thing at a time.
-    """
-
-    portraits: dict[str, Portrait] = field(default_factory=dict)
-    gallery: dict[str, Portrait] = field(default_factory=dict)
-    newest: int = -1
-    memo: Memo = field(default_factory=Memo)
-    small: Memo = field(default_factory=lambda: Memo(_OF_THUMBNAILS))
-    used: float = field(default_factory=time.monotonic)
-    lock: threading.Lock = field(default_factory=threading.Lock)
-
-    def portrait(self, role: str, *, needed: bool = False) -> Portrait:
-        """Return the photo of a role.
-
-        Raises
-        ------
-        StudioError
-            If there is none: 404 where it is asked for itself, 409 where it is `needed` for something else.
-        """
-        if role not in self.portraits:
-            message = f"There is no {role} yet; drop a photo first."
-            raise StudioError(409 if needed else 404, "no_photo", message)
-        return self.portraits[role]
-
-    def in_gallery(self, name: str, *, needed: bool = False) -> Portrait:
-        """Return a reference at hand; raise a `StudioError` as `portrait` does."""
-        if (portrait := self.gallery.get(name)) is None:
-            raise StudioError(409 if needed else 404, "no_photo", f"There is no reference {name!r} at hand.")
-        return portrait
-
-    def ready(self, role: str, name: str | None = None) -> tuple[Portrait, Landmarks]:
-        """Return the photo of a role and its landmarks; raise a `StudioError` if one is missing.
-
-        With a name, it is that reference at hand.
-        """
-        if name is not None and role == "reference":
-            portrait = self.in_gallery(name, needed=True)
-        else:
-            portrait = self.portrait(role, needed=True)
-        return portrait, portrait.face(role)
-
-    @property
-    def photos(self) -> list[Portrait]:
-        """All photos, those of the gallery too."""
-        return [*self.portraits.values(), *self.gallery.values()]
-
-    @property
-    def size(self) -> int:
-        """Bytes in memory, about."""
-        held = [(portrait.photo, portrait.previews) for portrait in self.photos]
-        return size_of(held) + self.memo.size + self.small.size
-
-    def forget(self) -> None:
-        """Forget what can be made again, unless the session is computing."""
-        if self.lock.acquire(blocking=False):
-            self.memo, self.small = Memo(), Memo(_OF_THUMBNAILS)
-            for portrait in self.photos:
-                portrait.previews = {}
-            self.lock.release()
 
 
 class Sessions:
@@ -154,15 +28,14 @@ class Sessions:
 
     Parameters
     ----------
-    most : int
-        How many there may be; a new one replaces the one unused longest.
-    most_bytes : int
-        How much their photos and previews may hold together.
+    limits : Limits
+        Of them, `sessions`, `sessions_per_client`, `live_seconds` and `memory`. Where there are as many
+        sessions as there may be, the one unused longest makes way for a new one, unless it is live.
     """
 
-    def __init__(self, most: int = 64, most_bytes: int = 2_000_000_000) -> None:
-        self._most = most
-        self._by_token: LRU[str, Session] = LRU(most_bytes, lambda session: {id(session): session.size})
+    def __init__(self, limits: Limits = Limits()) -> None:
+        self._limits = limits
+        self._by_token: dict[str, Session] = {}  # the one unused longest first
         self._lock = threading.Lock()
 
     def __len__(self) -> int:
@@ -172,17 +45,24 @@ class Sessions:
     @property
     def size(self) -> int:
         """Bytes that their photos and previews hold."""
-        return self._by_token.size
+        return sum(one.size for one in list(self._by_token.values()))
 
-    def begin(self, photos: Sequence[Photo] = ()) -> str:
-        """Begin a session, with a target and a reference if given; return its token, which none can guess."""
-        token, session = secrets.token_urlsafe(24), Session()
+    def begin(self, photos: Sequence[Photo] = (), client: str = "") -> str:
+        """Begin a session, with a target and a reference if given; return its token, which none can guess.
+
+        Raises
+        ------
+        StudioError
+            If the client, or all together, have as many live sessions as they may have.
+        """
+        token, session = secrets.token_urlsafe(24), Session(client, used=time.monotonic())
         with self._lock:
             self._end_expired()
-            while len(self._by_token) >= self._most:
-                self._by_token.pop(self._by_token.items()[0][0])
-            self._forget_previews()
-            self._by_token.put(token, session)
+            if len(self._of(client)) >= self._limits.sessions_per_client:
+                self._end_idle(self._of(client), "You have")
+            if len(self._by_token) >= self._limits.sessions:
+                self._end_idle(list(self._by_token), "There are")
+            self._by_token[token] = session
         for photo, role in zip(photos, ROLES, strict=False):
             self.keep(session, role, Portrait.of(photo, role))
         return token
@@ -197,22 +77,39 @@ class Sessions:
         """
         with self._lock:
             self._end_expired()
-            session = self._by_token.get(token)
+            session = self._by_token.pop(token, None)
             if session is None:
                 raise StudioError(404, "not_found", "This session has ended; reload the page.")
+            self._by_token[token] = session
             session.used = time.monotonic()
             return session
 
     def end(self, token: str) -> None:
         """End a session, and forget its photos."""
         with self._lock:
-            self._by_token.pop(token)
+            self._by_token.pop(token, None)
 
     def keep(self, session: Session, role: str, portrait: Portrait) -> None:
-        """Give a session a photo; sessions unused for longest end where memory would not do."""
+        """Give a session a photo.
+
+        Raises
+        ------
+        StudioError
+            If there is no room for it, since the client's photos, or others' that are live, take it.
+        """
         with self._lock:
-            session.portraits[role] = portrait
-        self.make_room(session)
+            before, session.portraits = session.portraits, session.portraits | {role: portrait}
+            try:
+                self._make_room(session)
+            except StudioError:
+                session.portraits = before
+                raise
+
+    def swap(self, session: Session) -> None:
+        """Swap the roles of a session's photos; raise a `StudioError` if one is missing."""
+        with self._lock:
+            target, reference = (session.portrait(role, needed=True) for role in ROLES)
+            session.portraits = {"target": reference, "reference": target}
 
     def keep_in_gallery(self, session: Session, name: str, portrait: Portrait) -> None:
         """Give a session a reference at hand, in place of one of that name; as `keep` does.
@@ -220,35 +117,93 @@ class Sessions:
         Raises
         ------
         StudioError
-            If it has as many others as it may have.
+            If it has as many others as it may have, or there is no room for it.
         """
         with self._lock:
             if name not in session.gallery and len(session.gallery) >= MOST_REFERENCES:
                 message = f"There are {MOST_REFERENCES} references at hand; delete one of them first."
                 raise StudioError(409, "full", message)
-            session.gallery[name] = portrait
-        self.make_room(session)
+            before, session.gallery = session.gallery, session.gallery | {name: portrait}
+            try:
+                self._make_room(session)
+            except StudioError:
+                session.gallery = before
+                raise
+
+    def drop_from_gallery(self, session: Session, name: str) -> None:
+        """Take a reference at hand from a session; raise a `StudioError` if there is none of that name."""
+        with self._lock:
+            session.in_gallery(name)
+            session.gallery = {other: one for other, one in session.gallery.items() if other != name}
 
     @contextmanager
     def computing(self, session: Session) -> Iterator[None]:
         """Let a session compute, alone; then make room for what it has made."""
         with session.lock:
             yield
-        self.make_room(session)
-
-    def make_room(self, session: Session) -> None:
-        """Where memory runs out, have others forget their previews, then end, the longest unused first."""
         with self._lock:
             self._forget_previews(session)
-            self._by_token.make_room(*(token for token, one in self._by_token.items() if one is session))
 
-    def _forget_previews(self, spared: Session | None = None) -> None:
-        for _, other in self._by_token.items():
-            if other is not spared and self._by_token.excess:
-                other.forget()
+    def _of(self, client: str) -> list[str]:
+        """Return the tokens of a client's sessions, the one unused longest first."""
+        return [token for token, session in self._by_token.items() if session.client == client]
+
+    def _end_idle(self, tokens: list[str], whose: str) -> None:
+        """End the first of some sessions, or refuse another one if it is live."""
+        left = self._by_token[tokens[0]].used + self._limits.live_seconds - time.monotonic()
+        if left > 0:
+            told = (
+                f"{whose} as many sessions in use as there may be; end one, or come back in {ceil(left)} s."
+            )
+            raise busy(told, left)
+        del self._by_token[tokens[0]]
+
+    def _make_room(self, session: Session) -> None:
+        """Make room for the photos of a session: previews go first, then idle sessions; or refuse them."""
+        most, idle_since = SHARE * self._limits.memory, time.monotonic() - self._limits.live_seconds
+        idle = {
+            token: one
+            for token, one in self._by_token.items()
+            if one is not session and one.used < idle_since
+        }
+        own = [one for one in self._by_token.values() if one.client == session.client]
+        for token in [token for token, one in idle.items() if one.client == session.client]:
+            if sum(one.photo_size for one in own) <= most:
+                break
+            own.remove(idle.pop(token))
+            del self._by_token[token]
+        if sum(one.photo_size for one in own) > most:
+            told = (
+                f"Your photos take more than {most / 1e9:.3g} GB, which one client's may; delete some first."
+            )
+            raise StudioError(409, "full", told)
+        self._forget_previews(session)
+        for token in idle:
+            if not self._excess:
+                return
+            del self._by_token[token]
+        if self._excess:
+            session.forget()
+        if self._excess:
+            raise busy(
+                "Photos in use take all memory that there is for them; send yours again in a minute.", 60
+            )
+
+    @property
+    def _excess(self) -> int:
+        """Bytes that photos and previews take beyond what they may."""
+        return max(sum(one.size for one in self._by_token.values()) - self._limits.memory, 0)
+
+    def _forget_previews(self, spared: Session) -> None:
+        """Where memory runs out, have sessions forget what they can make again: first those of the client."""
+        others = [one for one in self._by_token.values() if one is not spared]
+        for other in sorted(others, key=lambda one: one.client != spared.client):
+            if not self._excess:
+                return
+            other.forget()
 
     def _end_expired(self) -> None:
         oldest = time.monotonic() - EXPIRES
-        for token, session in self._by_token.items():
+        for token, session in list(self._by_token.items()):
             if session.used < oldest:
-                self._by_token.pop(token)
+                del self._by_token[token]

@@ -18,6 +18,7 @@ from relit.face.landmarks import Landmarks, as_landmarks, check_inside, check_pa
 from relit.photo.filters import gaussian, spline_at_places
 from relit.photo.foreign_images import pixels_of
 from relit.photo.pixels import check_samples, from_unit, size_and_dtype, to_unit
+from relit.photo.resampling import blurred
 from relit.runtime.memo import remembered
 from relit.runtime.threads import one_blas_thread
 from relit.warp.rbf import RBF, KernelName, fit_rbf, spacing_of, spread_of
@@ -36,6 +37,10 @@ SMOOTHING_LADDER = (1e-3, 1e-2, 1e-1, 1.0)
 
 #: Error of the map, in px, that its evaluation on a coarse grid may add.
 MAP_TOLERANCE = 0.05
+
+#: σ in px above which the reference is blurred on a coarser grid: no blur takes more work than this one, and
+#: an edge, which the target's px hold but a few times, is off by 1 %.
+_WIDE = 8
 
 _LEAST_CELL = 2  # px
 _ANCHOR_MARGIN = 0.5  # of the interocular distance, between the face and the nearest anchor
@@ -269,7 +274,7 @@ def _sample(image: NDArray[Any], places: NDArray[np.float32], scale: float) -> N
     left, top = np.clip(np.floor(first).astype(int) - around, 0, limits - 1)
     right, bottom = np.clip(np.ceil(last).astype(int) + around + 1, 1, limits)
     planes = np.atleast_3d(to_unit(image[top:bottom, left:right]))
-    planes = gaussian(planes, blur, edge="repeated")
+    planes = blurred(planes, blur) if blur > _WIDE else gaussian(planes, blur, edge="repeated")
     sampled = spline_at_places(planes, places[..., 0] - left, places[..., 1] - top)
     # Cubic splines overshoot at edges; light does not.
     np.clip(sampled, *_ends(planes), out=sampled)

@@ -77,8 +77,8 @@ def blank(browser):
         return page
 
     def refused(said):
-        # A browser reports every answer of 4xx by itself; those are the server's, and shown in the page.
-        return said.type == "error" and "the server responded with a status of 4" not in said.text
+        # A browser reports every answer of 4xx and 503; those are the server's, and shown in the page.
+        return said.type == "error" and not re.search(r"responded with a status of (4|503)", said.text)
 
     yield open_page
     for context in contexts:

@@ -107,6 +107,28 @@ def test_a_photo_that_is_chosen_while_the_other_is_on_its_way_keeps_its_landmark
     page.wait_for_selector("#export:not([disabled])")
 
 
+@pytest.mark.parametrize("often", [2, 99])
+def test_a_busy_server_is_asked_again_and_then_told_of(sitting, often):
+    asked, busy = [], {"error": {"code": "busy", "message": "Too much is to be done."}}
+
+    def answer(route):
+        asked.append(route)
+        if len(asked) > often:
+            return route.continue_()
+        return route.fulfill(status=503, json=busy, headers={"Retry-After": "0"})
+
+    sitting.route("**/render", answer)
+    sitting.fill("#option-strength-number", "0.5")
+    sitting.keyboard.press("Tab")
+    quiet(sitting)
+    if often == 2:
+        assert len(asked) > 2
+        assert sitting.inner_text("#stage-problem") == ""
+    else:
+        assert len(asked) % 6 == 0
+        assert sitting.inner_text("#stage-problem") == busy["error"]["message"]
+
+
 def test_one_photo_beside_the_panels_goes_where_there_is_none(visit, photos):
     page = visit()
     for photo, role in zip(photos, ("target", "reference"), strict=True):

@@ -2,6 +2,8 @@
 /** The HTTP API, and nothing that knows of the page. */
 
 const BASE = "/api/v1";
+const MOST_ASKED = 6; // times, of a server that is busy
+const LONGEST_PAUSE = 5; // s in between: who has to wait longer is told
 
 let token = "";
 
@@ -49,17 +51,41 @@ async function ask(path, { method = "GET", json, body, signal } = {}) {
     headers["Content-Type"] = "application/json";
     init.body = JSON.stringify(json);
   }
-  let response;
-  try {
-    response = await fetch(BASE + path, init);
-  } catch (error) {
-    if (isAborted(error)) throw error;
-    throw new ApiError(0, "unreachable", "The studio does not answer. Is relit studio still running?");
+  for (let asked = 1; ; asked++) {
+    let response;
+    try {
+      response = await fetch(BASE + path, init);
+    } catch (error) {
+      if (isAborted(error)) throw error;
+      throw new ApiError(0, "unreachable", "The studio does not answer. Is relit studio still running?");
+    }
+    if (response.ok) return response;
+    const said = await response.json().catch(() => null);
+    const code = said?.error?.code ?? "failed";
+    const again = Number(response.headers.get("Retry-After"));
+    if (code === "busy" && again <= LONGEST_PAUSE && asked < MOST_ASKED) {
+      await pause(again, signal);
+      continue;
+    }
+    const fallback = `The studio answered with ${response.status}. Try again, or reload the page.`;
+    throw new ApiError(response.status, code, said?.error?.message ?? fallback);
   }
-  if (response.ok) return response;
-  const said = await response.json().catch(() => null);
-  const fallback = `The studio answered with ${response.status}. Try again, or reload the page.`;
-  throw new ApiError(response.status, said?.error?.code ?? "failed", said?.error?.message ?? fallback);
+}
+
+/** @param {number} seconds @param {AbortSignal} [signal] */
+function pause(seconds, signal) {
+  return new Promise((resolve, reject) => {
+    const timer = setTimeout(() => {
+      signal?.removeEventListener("abort", stop);
+      resolve(undefined);
+    }, 1000 * seconds);
+    const stop = () => {
+      clearTimeout(timer);
+      reject(new DOMException("Nobody waits for it.", "AbortError"));
+    };
+    if (signal?.aborted) stop();
+    else signal?.addEventListener("abort", stop, { once: true });
+  });
 }
 
 /** @param {string} path @param {Parameters<typeof ask>[1]} [request] */
