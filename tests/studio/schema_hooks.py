@@ -22,6 +22,9 @@ def map_case(context, case):
     elif how.phase.name != "stateful" and re.fullmatch(r"[A-Za-z0-9_-]+", token) and len(token) % 4:
         # The samples are larger: what takes long is tried on small photos.
         places["session"] = os.environ["RELIT_OTHER"] if name in ("samples", "put_photo") else place
+        # Where the landmarks stay those that were found.
+        if name in ("render", "export"):
+            places["session"] = os.environ["RELIT_WHOLE"]
         # Most of what would be computed is only checked: there is nothing to compute it of.
         if how.phase.name == "coverage" and name in ("render", "export") and len(str(case.body)) % 6:
             places["session"] = os.environ["RELIT_EMPTY"]

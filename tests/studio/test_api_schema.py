@@ -50,11 +50,12 @@ def test_every_answer_is_one_that_the_schema_describes(tmp_path):
     app = Counted(create_app(limits=Limits(sessions=10_000, sessions_per_client=10_000)))
     with served(app) as client:
         schema = client.get(f"{API}/openapi.json").json()
-        session, other, empty = (client.post(f"{API}/sessions").json()["session"] for _ in range(3))
+        session, other, empty, whole = (client.post(f"{API}/sessions").json()["session"] for _ in range(4))
         photos = {"target": small("target", 3), "reference": small("reference", 5)}
         for role, photo in photos.items():
-            put = client.put(f"{API}/sessions/{session}/photos/{role}", content=photo)
-            assert put.json()["landmarks"] is not None
+            for one in (session, whole):
+                put = client.put(f"{API}/sessions/{one}/photos/{role}", content=photo)
+                assert put.json()["landmarks"] is not None
         for name in ("kept", "gone"):
             assert client.put(f"{API}/sessions/{session}/references/{name}", content=photos["reference"])
         (tmp_path / "photo.png").write_bytes(photos["target"])
@@ -74,6 +75,7 @@ def test_every_answer_is_one_that_the_schema_describes(tmp_path):
                 "RELIT_SESSION": session,
                 "RELIT_OTHER": other,
                 "RELIT_EMPTY": empty,
+                "RELIT_WHOLE": whole,
                 "RELIT_PHOTO": str(tmp_path / "photo.png"),
             },
             cwd=tmp_path,

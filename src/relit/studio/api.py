@@ -3,13 +3,8 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
-from contextlib import suppress
-from functools import partial
-from typing import Annotated, TypeVar
+from typing import Annotated
 
-from anyio import CapacityLimiter
-from anyio.to_thread import run_sync
 from fastapi import APIRouter, Depends, Path, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 
@@ -19,13 +14,12 @@ from relit.face.detect import detect_landmarks
 from relit.face.landmark_files import FORMATS as LANDMARK_FORMATS
 from relit.face.landmark_files import landmarks_as_bytes, landmarks_from
 from relit.face.landmarks import Landmarks, check_inside
-from relit.photo.pixels import check_pixels
-from relit.photo.reading import claimed_size, read_image
 from relit.photo.samples import sample
 from relit.settings.options import TransferOptions
 from relit.settings_file import as_points
 from relit.studio import models, needs
 from relit.studio.clients import client_of
+from relit.studio.computed import computed, find_face, posted, shown
 from relit.studio.lights import light_headers
 from relit.studio.limits import Limits
 from relit.studio.pictures import (
@@ -37,7 +31,6 @@ from relit.studio.pictures import (
     memory_of_part,
     memory_of_preview,
     part_at,
-    preview_of,
     rendered,
     views_of,
     window_of,
@@ -45,15 +38,10 @@ from relit.studio.pictures import (
 from relit.studio.schema import FILE, NAMED, VIEW_HEADERS, described, links, sends
 from relit.studio.session import ROLES, Portrait, Session, StudioError
 from relit.studio.sessions import EXPIRES, Sessions
-from relit.studio.work import GoOn, Work
-
-#: Photos whose heads are looked at, at once.
-_HEADS = CapacityLimiter(2)
+from relit.studio.work import GoOn
 
 #: Width, height, bytes a pixel and bytes of the larger sample, rounded up.
 _SAMPLE = (1000, 1200, 3, 1_000_000)
-
-Made = TypeVar("Made")
 
 Token = Annotated[str, Path(pattern="^[A-Za-z0-9_-]{1,100}$")]
 Side = Annotated[int, Query(ge=64, le=4096)]
@@ -82,38 +70,6 @@ api = APIRouter(prefix="/api/v1", responses=described(403, 408, 413, 429, 503))
 of_session = APIRouter(
     prefix="/api/v1/sessions/{session}", responses=described(403, 404, 408, 413, 422, 429, 503)
 )
-
-
-async def computed(
-    request: Request,
-    session: Session,
-    task: Callable[[GoOn], Made],
-    memory: int,
-    wanted: GoOn = lambda: None,
-) -> Made:
-    """Return what a task returns, once it has had its turn; see `Work.do`."""
-    work: Work = request.app.state.work
-    store: Sessions = request.app.state.sessions
-
-    def alone(go_on: GoOn) -> Made:
-        with store.computing(session):
-            return task(go_on)
-
-    return await work.do(
-        alone,
-        session=session,
-        client=client_of(request.scope),
-        wanted=wanted,
-        memory=memory,
-        gone=_hung_up(request),
-    )
-
-
-async def _hung_up(request: Request) -> None:
-    """Return once the client has."""
-    with suppress(Exception):  # one that is refused meanwhile may as well have
-        while (await request.receive())["type"] != "http.disconnect":
-            pass
 
 
 @api.get("/options")
@@ -173,47 +129,12 @@ async def put_photo(
     return models.PhotoFacts.of(portrait, role)
 
 
-async def posted(request: Request, session: Session, role: str, keep: Callable[[Portrait], None]) -> Portrait:
-    """Keep the photo that is the body of a request, with its face, and return it."""
-    pixels = request.app.state.limits.pixels
-    # Not request.body(), which holds it twice for a while; and freed even where a traceback lives on.
-    with io.BytesIO() as data:
-        async for part in request.stream():
-            data.write(part)
-        length = data.tell()
-        data.seek(0)
-        size = await run_sync(partial(claimed_size, data, max_pixels=pixels), limiter=_HEADS)
-        data.seek(0)
-
-        def find(go_on: GoOn) -> Portrait:
-            portrait = find_face(data, role, pixels, go_on)
-            keep(portrait)
-            return portrait
-
-        return await computed(request, session, find, needs.of_reading(*size, length))
-
-
-def find_face(data: io.BytesIO, role: str, most_pixels: int, go_on: GoOn) -> Portrait:
-    """Return a photo of a role, with its face if one is found."""
-    photo = read_image(data, max_pixels=most_pixels)
-    check_pixels(photo.pixels, role)
-    go_on()
-    return Portrait.of(photo, role)
-
-
 @of_session.get("/photos/{role}", **sends("image/jpeg", "The photo.", {}))
 async def get_photo(
     request: Request, session: ThisSession, portrait: ThisPortrait, side: Side = 1280
 ) -> Response:
     """Return a photo as a JPEG in sRGB."""
     return await shown(request, session, portrait, side)
-
-
-async def shown(request: Request, session: Session, portrait: Portrait, side: int) -> Response:
-    """Answer with a photo of a session, at most so many px long."""
-    memory = needs.of_showing(side, side)
-    data = await computed(request, session, lambda _: jpeg(preview_of(portrait, side).pixels), memory)
-    return Response(data, media_type="image/jpeg")
 
 
 @of_session.get("/landmarks/{role}")

@@ -7,7 +7,8 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Path, Request, Response
 
 from relit.studio import models
-from relit.studio.api import Side, Store, ThisSession, posted, shown
+from relit.studio.api import Side, Store, ThisSession
+from relit.studio.computed import posted, shown
 from relit.studio.schema import FILE, described, sends
 from relit.studio.session import Portrait
 

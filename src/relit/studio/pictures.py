@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from relit.errors import LandmarkError
 from relit.face.landmark_files import landmarks_as_bytes
 from relit.face.landmarks import Landmarks
 from relit.face.regions import FaceRegions
@@ -30,7 +31,7 @@ from relit.runtime.memo import doing_once, remembered
 from relit.settings.options import PARTS, TransferOptions
 from relit.settings_file import Settings, as_json
 from relit.studio import needs
-from relit.studio.session import ROLES, Portrait, Session
+from relit.studio.session import ROLES, Portrait, Session, StudioError
 
 Seat = tuple[Photo, Landmarks]
 Faces = dict[str, Seat]
@@ -191,9 +192,12 @@ def part_at(portrait: Portrait, x: float, y: float) -> str | None:
     height, width = portrait.photo.pixels.shape[:2]
     regions = FaceRegions(face.reduced(factor), (height // factor + 1, width // factor + 1))
     row, column = (min(int(at / factor), end - 1) for at, end in zip((y, x), regions.shape, strict=True))
-    shares = {
-        part: float(regions.parts(part)[row, column]) for part in PARTS if part not in ("left", "right")
-    }
+    try:
+        shares = {
+            part: float(regions.parts(part)[row, column]) for part in PARTS if part not in ("left", "right")
+        }
+    except LandmarkError as error:  # of points by hand
+        raise StudioError(409, "no_face", str(error).removeprefix("region: ")) from None
     part = max(shares, key=shares.__getitem__)
     return part if shares[part] > 0 else None
 
