@@ -1,11 +1,13 @@
 """References at hand: kept, shown, chosen, and counted."""
 
 import io
+import json
 import zipfile
 
 import numpy as np
 import pytest
 from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from relit.photo.samples import sample
 from relit.settings.studio_lights import STUDIO_LIGHTS
@@ -104,8 +106,20 @@ def test_a_photo_at_hand_is_exported_in_the_light_of_the_session(client, place):
     packed = client.post(f"{place}/export", json={"format": ".png"})
     with zipfile.ZipFile(io.BytesIO(packed.content)) as archive:
         assert answer.content == archive.read("relit.png")
+    assert json.loads(answer.headers["X-Relit-Not-Kept"]) == []
     missing = client.post(f"{place}/export", json={"target": "nobody"})
     assert (missing.status_code, missing.json()["error"]["code"]) == (409, "no_photo")
+
+
+def test_an_export_names_what_its_format_cannot_hold(client, place):
+    buffer, texts = io.BytesIO(), PngInfo()
+    texts.add_text("Title", "A face")
+    with Image.open(sample("target")) as photo:
+        photo.save(buffer, "PNG", pnginfo=texts, dpi=(300, 300))
+    client.put(f"{place}/photos/target", content=buffer.getvalue())
+    for suffix, lost in ((".png", []), (".jpg", ["text (Title)"])):
+        answer = client.post(f"{place}/export", json={"options": {"light": "loop"}, "format": suffix})
+        assert json.loads(answer.headers["X-Relit-Not-Kept"]) == lost
 
 
 def test_lights_by_name_are_told_with_their_places(client):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Path, Query, Request, Response
@@ -27,6 +28,7 @@ from relit.studio.pictures import (
     exported,
     exported_at_hand,
     jpeg,
+    lost_in_export,
     memory_of_export,
     memory_of_part,
     memory_of_preview,
@@ -35,7 +37,7 @@ from relit.studio.pictures import (
     views_of,
     window_of,
 )
-from relit.studio.schema import FILE, NAMED, VIEW_HEADERS, described, links, sends
+from relit.studio.schema import EXPORTED, FILE, NAMED, VIEW_HEADERS, described, links, sends
 from relit.studio.session import ROLES, Portrait, Session, StudioError
 from relit.studio.sessions import EXPIRES, Sessions
 from relit.studio.work import GoOn
@@ -240,7 +242,7 @@ async def render(request: Request, session: ThisSession, wanted: models.RenderRe
     return await computed(request, session, view, memory_of_preview(session, settings, wanted), still_wanted)
 
 
-@of_session.post("/export", **sends("application/zip", "The files.", NAMED, 400, 409))
+@of_session.post("/export", **sends("application/zip", "The files.", EXPORTED, 400, 409))
 async def export(request: Request, session: ThisSession, wanted: models.ExportRequest) -> Response:
     """Return the relit photo at full resolution, its landmarks and settings, in a ZIP file.
 
@@ -251,9 +253,12 @@ async def export(request: Request, session: ThisSession, wanted: models.ExportRe
 
     def files(go_on: GoOn) -> Response:
         if target is None:
-            return _attached(exported(session, settings, suffix, go_on), "relit.zip", "application/zip")
-        data = exported_at_hand(session, settings, suffix, target, go_on)
-        return _attached(data, f"relit{suffix}", "application/octet-stream")
+            made = _attached(exported(session, settings, suffix, go_on), "relit.zip", "application/zip")
+        else:
+            data = exported_at_hand(session, settings, suffix, target, go_on)
+            made = _attached(data, f"relit{suffix}", "application/octet-stream")
+        made.headers["X-Relit-Not-Kept"] = json.dumps(lost_in_export(session, suffix, target))
+        return made
 
     memory = memory_of_export(session, settings, suffix, target)
     return await computed(request, session, files, memory)

@@ -25,7 +25,7 @@ from relit.photo.photo import Photo
 from relit.photo.pixels import from_unit, to_unit
 from relit.photo.resampling import reduced
 from relit.relighting import transfer
-from relit.result_files import check_results_destination, write_results
+from relit.result_files import check_results_destination, not_kept_of, write_results
 from relit.results import TransferResult
 from relit.runtime.memo import doing_once, remembered
 from relit.settings.options import PARTS, TransferOptions
@@ -138,9 +138,19 @@ def _at_hand(session: Session, target: str) -> Faces:
     return {"target": (portrait.photo, portrait.face("target"))}
 
 
+def lost_in_export(session: Session, suffix: str, target: str | None) -> tuple[str, ...]:
+    """Return, in words, what the target holds that a file of an export cannot."""
+    portrait = session.portrait("target", needed=True) if target is None else session.in_gallery(target)
+    return not_kept_of(NamedBytes(_name_of(suffix)), portrait.photo)
+
+
+def _name_of(suffix: str) -> str:
+    return f"relit{_ENDINGS.get(suffix, suffix)}"
+
+
 def _file_of(faces: Faces, options: TransferOptions, suffix: str, go_on: Callable[[], None]) -> NamedBytes:
     """Return the relit photo at its full size as a file."""
-    target, image = faces["target"][0], NamedBytes(f"relit{_ENDINGS.get(suffix, suffix)}")
+    target, image = faces["target"][0], NamedBytes(_name_of(suffix))
     like = replace(target, alpha=None) if suffix == ".jpg" else target
     check_results_destination(image, like=like)
     with doing_once(go_on):

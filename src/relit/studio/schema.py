@@ -16,6 +16,9 @@ _BINARY = {"schema": {"type": "string", "format": "binary"}}
 FILE: dict[str, Any] = {"requestBody": {"required": True, "content": {"application/octet-stream": _BINARY}}}
 #: Headers of a file, and of a preview.
 NAMED = {"Content-Disposition": "A name for the file."}
+EXPORTED = NAMED | {
+    "X-Relit-Not-Kept": "What the photo holds beside its pixels that the format cannot, as JSON: words."
+}
 VIEW_HEADERS = {
     "X-Relit-Window": "Left, top, width and height of the view, as shares of the target's.",
     "X-Relit-Views": "Names of the views that this method has.",

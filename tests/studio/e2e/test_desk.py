@@ -8,6 +8,7 @@ import zipfile
 import numpy as np
 import pytest
 from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from relit.cli import app as cli
 from relit.face.detect import detect_landmarks
@@ -120,6 +121,22 @@ def test_the_command_that_is_copied_makes_what_is_exported(alone, photos, tmp_pa
         exported = Image.open(io.BytesIO(packed.read("relit.png")))
     with Image.open(made) as picture:
         np.testing.assert_array_equal(np.asarray(picture), np.asarray(exported))
+
+
+def test_what_a_format_cannot_keep_is_told(alone, photos, tmp_path):
+    page, texts = alone, PngInfo()
+    texts.add_text("Title", "A face")
+    with Image.open(photos[0]) as photo:
+        photo.save(tmp_path / "told.png", pnginfo=texts)
+    drop(page, ".photo[data-role=target]", tmp_path / "told.png")
+    settled(page)
+    for suffix, told in ((".png", ""), (".jpg", " This format does not keep text (Title).")):
+        page.select_option("#format", suffix)
+        with page.expect_download():
+            page.click("#export")
+        until(page, "document.querySelector('#status').textContent.startsWith('Exported')")
+        assert page.inner_text("#status") == f"Exported relit.zip.{told}"
+        page.evaluate("document.querySelector('#status').textContent = ''")
 
 
 def test_references_are_kept_as_looks_and_carried_round(alone, photos):

@@ -168,7 +168,8 @@ export class Session {
 
   /** @param {unknown} request @param {AbortSignal} [signal] */
   async export(request, signal) {
-    return (await ask(`${this.path}/export`, { method: "POST", json: request, signal })).blob();
+    const answer = await ask(`${this.path}/export`, { method: "POST", json: request, signal });
+    return { file: await answer.blob(), lost: JSON.parse(answer.headers.get("X-Relit-Not-Kept") ?? "[]") };
   }
 
   /** The references that were dropped so far. @returns {Promise<Record<string, Photo>>} */

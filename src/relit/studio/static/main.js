@@ -273,8 +273,9 @@ async function start() {
   $("export").addEventListener("click", () =>
     attempt(null, async () => {
       await sync.push(() => store.now.faces);
-      save(await session.export({ options: store.now.options, format: $("format").value }), "relit.zip");
-      say("Exported relit.zip.");
+      const { file, lost } = await session.export({ options: store.now.options, format: $("format").value });
+      save(file, "relit.zip");
+      say(lost.length ? `Exported relit.zip. This format does not keep ${lost.join(", ")}.` : "Exported relit.zip.");
     }, "Exporting in full resolution…"),
   );
   $("undo").addEventListener("click", () => store.undo());

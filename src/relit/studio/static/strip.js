@@ -80,7 +80,7 @@ export class FilmStrip extends EventTarget {
     const { message } = await this.session.addReference(BESIDE, file);
     try {
       if (message) throw new Error(message);
-      return await this.session.export({ options, format, target: BESIDE }, signal);
+      return (await this.session.export({ options, format, target: BESIDE }, signal)).file;
     } finally {
       await this.session.removeReference(BESIDE);
     }
