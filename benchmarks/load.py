@@ -43,10 +43,12 @@ _ENOUGH = 10  # answers of a kind, for that
 _NOTICED = 0.2  # s: what takes less counts as that, since an answer within a second is not noticed
 
 _SERVE = """
-from relit.studio.app import LOCAL, Server, create_app
+from relit.studio.app import LOCAL, create_app
 from relit.studio.limits import Limits
-app = create_app(hosts=LOCAL, page=False, limits={limits})
-Server(app, "127.0.0.1", 0, lambda url: print(url + "api/v1", flush=True)).run()
+from relit.studio.server import Server
+limits = {limits}
+app = create_app(hosts=LOCAL, page=False, limits=limits)
+Server(app, "127.0.0.1", 0, lambda url: print(url + "api/v1", flush=True), limits=limits).run()
 """
 _STRENGTHS = (0.25, 0.5, 1.0)
 _THINKS = 4.0  # s at most, between what a person does
@@ -118,6 +120,7 @@ def load(clients: int, quiet: float, seconds: float, phases: Sequence[Sequence[s
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     with subprocess.Popen(command, text=True, **pipes) as server:  # type: ignore[call-overload]
         address = server.stdout.readline().strip()
+        assert address, server.stderr.read()
 
         def run(name: str, act: Callable[[], None]) -> threading.Thread:
             def noted() -> None:

@@ -59,8 +59,10 @@ class Work:
 
     Examples
     --------
-    >>> work = Work(Limits())
-    >>> asyncio.run(work.do(lambda go_on: 6 * 7, session="a"))
+    >>> async def answer():
+    ...     return await Work(Limits()).do(lambda go_on: 6 * 7, session="a")
+    >>> with ThreadPoolExecutor(1) as thread:  # where a loop may run already
+    ...     thread.submit(lambda: asyncio.run(answer())).result()
     42
     """
 
