@@ -16,7 +16,7 @@ def main() -> None:
     """Read the arguments, draw, write."""
     parser = argparse.ArgumentParser(
         prog="python -m examples",
-        description=f"{__doc__} `lit --help` tells of the sheet of pairs, `sliders --help` of the docs' pictures.",
+        description=f"{__doc__} `lit --help` tells of pairs, `sliders --help` of the docs' pictures.",
     )
     parser.add_argument("figures", nargs="*", metavar="FIGURE", help=f"default: all of {', '.join(FIGURES)}")
     parser.add_argument(

@@ -1,6 +1,7 @@
 """Make the pictures of the docs' sliders: ``python -m examples sliders --heads FOLDER``.
 
-Only photos that may be shown anywhere are used: the samples, in the public domain, and rendered heads, under CC BY 4.0.
+Only photos that may be shown anywhere are used: the samples, in the public domain, and rendered heads, under
+CC BY 4.0.
 """
 
 from __future__ import annotations
@@ -56,8 +57,8 @@ SAMPLES = {
     "coloured": Sample("grey_target", "reference"),
     "paper": Sample("target", "reference", {"method": "ltv"}),
 }
-#: Of the protocol's set `across`, and of `coloured`, the first row; of every other row of `harsh`, by CIEDE2000,
-#: the best, the median and the worst.
+#: Of the protocol's sets `across` and `coloured` the first row; of every other row of `harsh`, by CIEDE2000, the
+#: best, the median and the worst.
 HEADS = {
     "across": Head(("099", "butterfly"), ("135", "rim")),
     "sunset": Head(("127", "env"), ("042", "sunset"), {"tint": "take"}),
@@ -91,7 +92,7 @@ def head_of(image: NDArray[Any], name: str) -> NDArray[np.uint8]:
 
 
 def of_head(one: Head, heads: Heads) -> tuple[TransferResult, NDArray[Any], float, float]:
-    """Return a head's result, the truth, and how far from it result and target are, in CIEDE2000 on the face."""
+    """Return a head's result, the truth, and how far from it result and target are on the face."""
     result = transfer(
         heads.photo(*one.target),
         heads.photo(*one.reference),
@@ -101,8 +102,8 @@ def of_head(one: Head, heads: Heads) -> tuple[TransferResult, NDArray[Any], floa
     )
     truth = heads.photo(one.target[0], one.reference[1])
     face = heads.mask(one.target[0], "face")
-    off = (difference(image[face], truth[face]) for image in (result.image, heads.photo(*one.target)))
-    return result, truth, *off
+    off = difference(result.image[face], truth[face])
+    return result, truth, off, difference(heads.photo(*one.target)[face], truth[face])
 
 
 def difference(image: NDArray[Any], truth: NDArray[Any]) -> float:
@@ -122,7 +123,9 @@ def pictures(heads: Heads | None) -> Iterator[tuple[str, NDArray[Any]]]:
     person = normalize(photo("target"), interocular_distance=size)
     yield f"{NORMALIZED}-before", head_of(photo("target"), "target")
     yield f"{NORMALIZED}-after", head_of(np.asarray(np.rint(person * 255), np.uint8), "target")
-    for name, head in HEADS.items() if heads else ():
+    if heads is None:
+        return
+    for name, head in HEADS.items():
         result, truth, off, own = of_head(head, heads)
         print(f"{name}: {off:.1f} off the truth, its target {own:.1f}")
         yield f"{name}-target", result.target

@@ -87,8 +87,8 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 
 
 def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:  # noqa: ARG001
-    """Have equations in MathML, which needs no script."""
-    return _MATH.sub(_mathml, html)
+    """Have equations in MathML, which needs no script; and no heading of a table that says nothing."""
+    return _MATH.sub(_mathml, html).replace("<th></th>", "<td></td>")
 
 
 def _mathml(found: re.Match[str]) -> str:

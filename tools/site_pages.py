@@ -22,17 +22,21 @@ _ROOMS = {
     "solver": ("TV-L1", "The exact solver, its proof, and the isotropic one."),
     "train": ("Training", "Faces relit at random, to train with."),
 }
+_INTRODUCTION = """# The API
+
+`import relit` has all that is public; the rest may change. Images are arrays, `(H, W)` grey or `(H, W, 3)` RGB, of
+uint8, uint16, or floats in [0, 1]; landmarks are `(x, y)` in px, pixel centres at integers. [In
+Python](../library.md) has what to try first.
+
+| module | what for | names |
+|---|---|---|"""
 _TOP = ("relighting", "results", "settings", "errors")
 
 
 def generated() -> dict[str, str]:
     """Return the text of every page, by its place on the site."""
     rooms = names_by_room()
-    index = [
-        "# The API\n\n`import relit` has all that is public; the rest may change. Images are arrays, `(H, W)` grey or",
-        "`(H, W, 3)` RGB, of uint8, uint16, or floats in [0, 1]; landmarks are `(x, y)` in px, pixel centres at",
-        "integers. [In Python](../library.md) has what to try first.\n\n| module | | |\n|---|---|---|",
-    ]
+    index = [_INTRODUCTION]
     pages = {"commands.md": commands()}
     for room, names in rooms.items():
         title, about = _ROOMS.get(room, (room.capitalize(), ""))
