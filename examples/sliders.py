@@ -57,8 +57,8 @@ SAMPLES = {
     "coloured": Sample("grey_target", "reference"),
     "paper": Sample("target", "reference", {"method": "ltv"}),
 }
-#: Of the protocol's sets `across` and `coloured` the first row; of every other row of `harsh`, by CIEDE2000, the
-#: best, the median and the worst.
+#: Of the protocol's sets `across` and `coloured` the first row; of every other row of `harsh`, by CIEDE2000,
+#: the best, the median and the worst.
 HEADS = {
     "across": Head(("099", "butterfly"), ("135", "rim")),
     "sunset": Head(("127", "env"), ("042", "sunset"), {"tint": "take"}),

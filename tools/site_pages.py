@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from dataclasses import fields
 
 import click
 from click.testing import CliRunner
@@ -24,9 +25,9 @@ _ROOMS = {
 }
 _INTRODUCTION = """# The API
 
-`import relit` has all that is public; the rest may change. Images are arrays, `(H, W)` grey or `(H, W, 3)` RGB, of
-uint8, uint16, or floats in [0, 1]; landmarks are `(x, y)` in px, pixel centres at integers. [In
-Python](../library.md) has what to try first.
+`import relit` has all that is public; the rest may change. Images are arrays, `(H, W)` grey or `(H, W, 3)`
+RGB, of uint8, uint16, or floats in [0, 1]; landmarks are `(x, y)` in px, pixel centres at integers.
+[In Python](../library.md) has what to try first.
 
 | module | what for | names |
 |---|---|---|"""
@@ -59,7 +60,17 @@ def names_by_room() -> dict[str, list[str]]:
 
 def _entry(name: str) -> str:
     label = f'      heading: "relit.{name}"\n      toc_label: "{name}"'
-    return f"::: relit.{relit._HOME[name]}.{name}\n    options:\n{label}"
+    entry = f"::: relit.{relit._HOME[name]}.{name}\n    options:\n{label}"
+    # Its signature would be the declarations of all options.
+    return f"{entry}\n      show_signature: false\n\n{_defaults()}" if name == "TransferOptions" else entry
+
+
+def _defaults() -> str:
+    rows = [
+        f"| `{field.name}` | `{field.default!r}` | `{field.metadata['flag']}` |"
+        for field in fields(relit.TransferOptions)
+    ]
+    return "\n".join(["| field | default | on the command line |", "|---|---|---|", *rows])
 
 
 def commands() -> str:
