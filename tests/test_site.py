@@ -102,6 +102,7 @@ def test_equations_are_mathml(site, pages):
     for path in pages:
         text = path.read_text("utf-8")
         assert "arithmatex" not in text, path
+        assert "$$" not in text, f"{path}: an equation stands in no paragraph of its own"
         # A backslash would be a word of LaTeX that has not been understood.
         assert not [
             one for one in re.findall(r"<math.*?</math>", text) if "\\" in re.sub("<.*?>", "", one)
