@@ -15,7 +15,7 @@ from typing import Any
 LINT = (("-m", "ruff", "check", "."), ("-m", "ruff", "format", "--check", "."), ("-m", "mypy"))
 COMPILE = ("-m", "tests.compiled")
 TESTS = ("-m", "pytest", "-n", "2", "--dist", "loadfile", "--no-loadscope-reorder", "--durations", "12")
-FOR_DEVELOPERS = {"dev", "training", "bench"}  # extras that nobody ships
+FOR_DEVELOPERS = {"dev", "docs", "training", "bench"}  # extras that nobody ships
 FAST = (*TESTS, "-m", "not slow and not e2e")
 
 

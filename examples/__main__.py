@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from examples import lit
+from examples import lit, sliders
 from examples.faces import Faces
 from examples.gallery import FIGURES, figure
 from relit import RelitError, write_image
@@ -15,7 +15,8 @@ from relit import RelitError, write_image
 def main() -> None:
     """Read the arguments, draw, write."""
     parser = argparse.ArgumentParser(
-        prog="python -m examples", description=f"{__doc__} `lit --help` tells of the sheet of pairs."
+        prog="python -m examples",
+        description=f"{__doc__} `lit --help` tells of pairs, `sliders --help` of the docs' pictures.",
     )
     parser.add_argument("figures", nargs="*", metavar="FIGURE", help=f"default: all of {', '.join(FIGURES)}")
     parser.add_argument(
@@ -44,5 +45,7 @@ def main() -> None:
 if __name__ == "__main__":
     if sys.argv[1:2] == ["lit"]:
         lit.main(sys.argv[2:])
+    elif sys.argv[1:2] == ["sliders"]:
+        sliders.main(sys.argv[2:])
     else:
         main()
