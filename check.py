@@ -77,7 +77,7 @@ def relight_samples(folder: str, python: str) -> None:
     """Have the command of an environment relight the samples, in its folder."""
     photos = ("photos/target.png", "photos/reference.jpg")
     run(
-        shutil.which("relit", path=str(Path(python).parent)) or "relit",
+        str(Path(python).with_name("relit")),
         ("--version",),
         ("samples", "photos"),
         ("transfer", *photos, "-o", "relit.png", "--stages", "stages"),
