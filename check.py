@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -15,7 +16,9 @@ from typing import Any
 LINT = (("-m", "ruff", "check", "."), ("-m", "ruff", "format", "--check", "."), ("-m", "mypy"))
 COMPILE = ("-m", "tests.compiled")
 TESTS = ("-m", "pytest", "-n", "2", "--dist", "loadfile", "--no-loadscope-reorder", "--durations", "12")
+INSTALL = ("-m", "pip", "install", "-q", "--only-binary", ":all:")
 FOR_DEVELOPERS = {"dev", "docs", "training", "bench"}  # extras that nobody ships
+STUDIO = ("-c", "from relit.studio.app import create_app; create_app()")
 FAST = (*TESTS, "-m", "not slow and not e2e")
 
 
@@ -23,10 +26,10 @@ class CheckError(Exception):
     """A command failed, with this exit code."""
 
 
-def run(python: str, *commands: tuple[str, ...], cwd: str | None = None) -> None:
+def run(program: str, *commands: tuple[str, ...], cwd: str | None = None) -> None:
     for command in commands:
         print(f"== {' '.join(command)}", flush=True)
-        if code := subprocess.run([python, *command], cwd=cwd).returncode:
+        if code := subprocess.run([program, *command], cwd=cwd).returncode:
             raise CheckError(code)
 
 
@@ -60,7 +63,7 @@ def environment(*requirements: str) -> Iterator[tuple[str, str]]:
     with tempfile.TemporaryDirectory() as folder:
         venv.create(folder, with_pip=True)
         python = str(Path(folder, "Scripts" if os.name == "nt" else "bin", "python"))
-        run(python, ("-m", "pip", "install", "-q", "--only-binary", ":all:", *requirements))
+        run(python, (*INSTALL, *requirements))
         yield folder, python
 
 
@@ -70,22 +73,51 @@ def check_licences() -> None:
         run(sys.executable, ("-m", "tools.licences", python))
 
 
+def relight_samples(folder: str, python: str) -> None:
+    """Have the command of an environment relight the samples, in its folder."""
+    photos = ("photos/target.png", "photos/reference.jpg")
+    run(
+        str(Path(python).with_name("relit")),
+        ("--version",),
+        ("samples", "photos"),
+        ("transfer", *photos, "-o", "relit.png", "--stages", "stages"),
+        ("transfer", *photos, "-o", "ltv.png", "--method", "ltv"),
+        cwd=folder,
+    )
+
+
 def check_oldest() -> None:
     """Relight the samples, import the studio and run the fast tests with the lowest versions allowed."""
     pins = lowest_versions()
     print("\n".join(pins))
     with environment("-e", ".", *pins) as (folder, python):
-        relit = ("-c", "from relit.cli.app import main; main()")
-        photos = ("photos/target.png", "photos/reference.jpg")
-        run(
-            python,
-            (*relit, "samples", "photos"),
-            (*relit, "transfer", *photos, "-o", "relit.png", "--stages", "stages"),
-            (*relit, "transfer", *photos, "-o", "ltv.png", "--method", "ltv"),
-            ("-c", "from relit.studio.app import create_app; create_app()"),
-            cwd=folder,
-        )
+        relight_samples(folder, python)
+        run(python, STUDIO, cwd=folder)
         run(python, FAST)
+
+
+def check_release() -> None:
+    """Build what is uploaded, of what is committed, and try both files in environments of their own.
+
+    `build` makes the wheel of the sdist: the one that works, so does the other.
+    """
+    if changed := subprocess.check_output(["git", "status", "--porcelain"], text=True):
+        print(f"not committed, so not released:\n{changed}", file=sys.stderr)
+        raise CheckError(1)
+    os.environ.pop("PYTHONPATH", None)  # it would have this checkout tried, not what was built
+    shutil.rmtree("dist", ignore_errors=True)
+    run(sys.executable, ("-m", "build"))
+    (wheel,), (sdist,) = (list(Path("dist").absolute().glob(kind)) for kind in ("*.whl", "*.tar.gz"))
+    run(sys.executable, ("-m", "twine", "check", "--strict", str(wheel), str(sdist)))
+    with environment(str(wheel)) as (folder, python):
+        relight_samples(folder, python)
+        run(python, (*INSTALL, f"{wheel}[studio]"), STUDIO, cwd=folder)
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.unpack_archive(sdist, folder, filter="data")
+        (source,) = map(str, Path(folder).iterdir())
+        with environment("-e", f"{source}[dev]") as (_folder, python):
+            run(python, ("check.py", "--fast"), cwd=source)
+    print(f"== to upload: {wheel.name}, {sdist.name}, in dist")
 
 
 def main() -> int:
@@ -99,12 +131,19 @@ def main() -> int:
     only.add_argument(
         "--licences", action="store_true", help="those of all that users may install: for a release"
     )
+    only.add_argument(
+        "--release",
+        action="store_true",
+        help="build wheel and sdist into dist; try both in environments of their own",
+    )
     chosen = parser.parse_args()
     try:
         if chosen.oldest:
             check_oldest()
         elif chosen.licences:
             check_licences()
+        elif chosen.release:
+            check_release()
         else:
             check(*(FAST if chosen.fast else TESTS), *(["--all"] if chosen.all else []))
     except CheckError as failure:

@@ -1,3 +1,3 @@
-"""The version, where everybody can read it."""
+"""The version, in the one place that all others have it from."""
 
-VERSION = "0.1.0"
+VERSION = "0.2.0"
