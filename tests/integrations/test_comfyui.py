@@ -16,7 +16,8 @@ from relit.settings.options import TransferOptions
 from relit.settings.studio_lights import STUDIO_LIGHTS
 from tests.integrations.comfy_server import KINDS, SOCKETS, Server, forget, load, torch_or_stand_in
 
-FOLDER = Path(__file__).parents[2] / "integrations" / "comfyui"
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "integrations" / "comfyui"
 PHOTO, LAMP, LIGHT = "RelitRelightFromPhoto", "RelitRelightByLamp", "RelitFaceLight"
 
 
@@ -279,10 +280,8 @@ def test_progress_is_told_and_work_can_be_stopped(server, torch, faces, monkeypa
     assert steps == [3, 1]
 
 
-def test_the_package_s_version_and_licence_are_relit_s():
-    told, ours = (
-        tomllib.loads((folder / "pyproject.toml").read_text("utf-8"))["project"]
-        for folder in (FOLDER, FOLDER.parents[1])
-    )
-    assert told["requires-python"] == ours["requires-python"]
-    assert told["version"] == relit.__version__
+def test_the_registry_learns_what_it_asks_for():
+    told, ours = (tomllib.loads((folder / "pyproject.toml").read_text("utf-8")) for folder in (FOLDER, ROOT))
+    assert told["project"]["requires-python"] == ours["project"]["requires-python"]
+    assert {"name", "description", "version", "license"} <= set(told["project"])
+    assert told["tool"]["comfy"]["DisplayName"] == "relit"
