@@ -46,7 +46,7 @@ def test_the_numbers_are_relit_s_options(plugin):
     declared = {option.name: option for option in fields(TransferOptions)}
     told = inspect.get_annotations(plugin.relight)
     for name in ("strength", "softness"):
-        (about,) = eval(told[name], vars(plugin)).__metadata__
+        (about,) = told[name].__metadata__
         assert (about["min"], about["max"]) == (
             declared[name].metadata["at_least"],
             declared[name].metadata["at_most"],

@@ -1,8 +1,6 @@
 """relit in napari: the face in an image layer in another light, as new layers."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Optional
 
 import numpy as np
 
@@ -14,17 +12,18 @@ if TYPE_CHECKING:
     import napari.layers
     import napari.types
 
+# Annotations are read by napari, which finds its own types by their names in quotes, and no others.
 _FROM_REFERENCE = "of the reference"
 _LIGHTS = (_FROM_REFERENCE, *STUDIO_LIGHTS)
 
 
 def relight(
-    target: napari.layers.Image,
-    reference: napari.layers.Image | None = None,
+    target: "napari.layers.Image",
+    reference: Optional["napari.layers.Image"] = None,
     light: Annotated[str, {"choices": _LIGHTS}] = _FROM_REFERENCE,
     strength: Annotated[float, {"min": 0.0, "max": 4.0, "step": 0.05}] = 1.0,
     softness: Annotated[float, {"min": 0.0, "max": 1.0, "step": 0.05}] = 0.0,
-) -> list[napari.types.LayerDataTuple]:
+) -> list["napari.types.LayerDataTuple"]:
     """Return the relit image, and the share of the change at each pixel, as layers.
 
     Raises
@@ -44,7 +43,7 @@ def relight(
     ]
 
 
-def samples() -> list[napari.types.LayerDataTuple]:
+def samples() -> list["napari.types.LayerDataTuple"]:
     """Return two photos to try it on."""
     return [
         (relit.read_image(relit.sample(name)).pixels, {"name": name, "rgb": True}, "image")
