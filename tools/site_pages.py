@@ -21,7 +21,8 @@ _ROOMS = {
     "warp": ("Warping", "One face laid over another."),
     "ltv": ("Light and person", "A photo parted into light and person, by logarithmic total variation."),
     "solver": ("TV-L1", "The exact solver, its proof, and the isotropic one."),
-    "train": ("Training", "Faces relit at random, to train with."),
+    "train": ("Training", "Faces relit at random, to train with, and without their light."),
+    "display": ("Display", "Results and images, shown in notebooks and terminals."),
 }
 _INTRODUCTION = """# The API
 

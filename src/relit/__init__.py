@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 from relit._version import VERSION
 
 if TYPE_CHECKING:
+    from relit.display.showing import show
     from relit.errors import (
         FaceNotFoundError,
         ImageError,
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from relit.solver.exact import tv_l1
     from relit.solver.isotropic import IsotropicSolution, tv_l1_isotropic
     from relit.train.augment import RelightAugment
+    from relit.train.light_normalizer import LightNormalizer
     from relit.warp.alignment import Alignment, align
 
 __version__ = VERSION
@@ -58,6 +60,7 @@ _HOME = {
     "IsotropicSolution": "solver.isotropic",
     "LandmarkError": "errors",
     "Landmarks": "face.landmarks",
+    "LightNormalizer": "train.light_normalizer",
     "Lighting": "results",
     "OptionError": "errors",
     "OutputError": "errors",
@@ -77,6 +80,7 @@ _HOME = {
     "read_image": "photo.reading",
     "read_landmarks": "face.landmark_files",
     "sample": "photo.samples",
+    "show": "display.showing",
     "transfer": "relighting",
     "tv_l1": "solver.exact",
     "tv_l1_isotropic": "solver.isotropic",
@@ -93,6 +97,7 @@ __all__ = [
     "IsotropicSolution",
     "LandmarkError",
     "Landmarks",
+    "LightNormalizer",
     "Lighting",
     "OptionError",
     "OutputError",
@@ -112,6 +117,7 @@ __all__ = [
     "read_image",
     "read_landmarks",
     "sample",
+    "show",
     "transfer",
     "tv_l1",
     "tv_l1_isotropic",

@@ -77,6 +77,15 @@ def before_and_after(results: Sequence[TransferResult], like: Photo) -> tuple[Ph
     return joined(before, like), joined(after, like)
 
 
+def changed_area(before: Photo, after: Photo) -> NDArray[np.bool_]:
+    """Return where two photos of one size and kind differ, (H, W).
+
+    Through it, the one laid over the other looks as if it were there alone.
+    """
+    different = before.pixels != after.pixels
+    return np.asarray(different if before.is_grey else different.any(axis=2))
+
+
 def at_full_size(plane: NDArray[np.float32], view: View, shape: tuple[int, ...]) -> NDArray[np.float32]:
     """Return a plane of a view, (h, w) or (h, w, k), as large as its photo, and 0 round the view."""
     whole = np.zeros((*shape[:2], *plane.shape[2:]), np.float32)
@@ -94,8 +103,7 @@ def _of_eight_or_sixteen(photo: Photo) -> Photo:
 
 def _change(before: Photo, after: Photo) -> Iterator[Layer]:
     """Return the layers that change a photo's light, as large as what changes."""
-    different = before.pixels != after.pixels
-    box = box_of(different if before.is_grey else different.any(axis=2))
+    box = box_of(changed_area(before, after))
     if box is None:
         return
     rows, columns = box

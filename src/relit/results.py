@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from relit.light.lamps import panorama
@@ -140,6 +141,11 @@ class TransferResult:
         light = f"{count} reference{'s' * (count > 1)}" if count else f"light={self.options.light!r}"
         method, seconds = f"method={self.options.method!r}", f"{sum(self.seconds.values()):.1f} s"
         return f"TransferResult({', '.join([size_and_dtype(self.target), light, method, seconds])})"
+
+    def _repr_html_(self) -> str:
+        """Return what notebooks show: before and after under a slider, and every stage."""
+        display = import_module("relit.display.html")  # stands above this module, and draws with PIL
+        return str(display.result_html(self))
 
     @property
     def window(self) -> Window:

@@ -211,6 +211,19 @@ class TestSeeing:
         assert sheet.shape[1] > 3 * 300
         assert "exists already" in fail(command.replace("out.png", "o.png"))
 
+    @pytest.mark.parametrize("target", ["target.png", "grey.png"])
+    def test_the_mask_is_white_where_the_photo_was_changed(self, studio, place, fail, succeed, target):
+        Image.fromarray(studio.target).convert("L").save(place / "grey.png")
+        command = f"transfer {target} reference.png -o out.png --changed changed.png"
+        told = json.loads(succeed(f"{command} --json"))
+        before, after = (np.asarray(Image.open(name).convert("RGB")) for name in (target, "out.png"))
+        mask = np.asarray(Image.open("changed.png"))
+        assert told["changed"] == "changed.png"
+        np.testing.assert_array_equal(mask, 255 * (before != after).any(axis=2))
+        assert mask.any()
+        assert "changed.png: exists already" in fail(command.replace("out.png", "o.png"))
+        assert not (place / "o.png").exists()
+
     def test_full_resolution_looks_at_every_pixel(self, studio, place, succeed):
         large = Image.fromarray(studio.target).resize((720, 820), Image.Resampling.BICUBIC)
         large.save(place / "large.png")

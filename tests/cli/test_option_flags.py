@@ -29,7 +29,7 @@ OTHERS = {
         "all_faces",
         "config",
     }
-    | {"output", "swap", "stages", "sheet", "timings", "force", "as_json", "help_all"}
+    | {"output", "swap", "stages", "sheet", "changed", "timings", "force", "as_json", "help_all"}
     | LOUDNESS,
     "align": PHOTOS | {"output", "force", "as_json"} | LOUDNESS,
     "batch": {"manifest", "kind", "output", "targets", "references", "pairing", "seed", "suffix", "engine"}

@@ -8,6 +8,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import click
+import numpy as np
 
 from relit.cli.groups import GroupedCommand, Option
 from relit.cli.kinds import FILE, FOLDER
@@ -104,6 +105,12 @@ if TYPE_CHECKING:
     help="Also draw target, reference and result side by side, and their light.",
 )
 @click.option(
+    "--changed",
+    type=FILE,
+    metavar="PICTURE",
+    help="Also save a mask for layers: white where TARGET was changed, black elsewhere.",
+)
+@click.option(
     "--stages",
     type=FOLDER,
     metavar="DIR",
@@ -124,6 +131,7 @@ def transfer(
     region_mask: str | None,
     stages: str | None,
     sheet: str | None,
+    changed: str | None,
     timings: bool,
     force: bool,
     as_json: bool,
@@ -159,6 +167,9 @@ def transfer(
     if sheet is not None:
         check_streams(sheet, as_json)
         check_destination(sheet, overwrite=force)
+    if changed is not None:
+        check_streams(changed, as_json)
+        check_destination(changed, overwrite=force)
     watch = Stopwatch()
     keep_freed_memory()
     _load()
@@ -193,6 +204,11 @@ def transfer(
             from relit.figures import comparison_sheet
 
             write_image(sheet, comparison_sheet(result), overwrite=force)
+        if changed is not None:
+            from relit.layering import before_and_after, changed_area
+
+            where = changed_area(*before_and_after(results, photo))
+            write_image(changed, where * np.uint8(255), overwrite=force)
         written = folder.save(pictures) if folder else []
     lost = not_kept_of(output, photo)
     warn_of_losses(output, lost)
@@ -210,6 +226,7 @@ def transfer(
         f"{'all faces' if all_faces else 'the face'} of {ours.name} under the light {light}",
         output=output,
         sheet=sheet,
+        changed=changed,
         stages=written,
         target=_alone(of_target),
         reference=_alone(described),

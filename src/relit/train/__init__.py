@@ -1,1 +1,1 @@
-"""Faces in random lights, to train with."""
+"""Faces to train with: in random lights, or in none."""

@@ -1,0 +1,1 @@
+"""Photos and results where code is written: in notebooks and terminals."""
