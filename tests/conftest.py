@@ -83,6 +83,23 @@ def pytest_collection_modifyitems(config, items):
         items.sort(key=lambda item: (item.path not in slow, item.path in browser))
 
 
+BROWSER = Path("/usr/bin/chromium")
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """One browser for all tests of a process: Playwright takes no second one."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="the browser tests need playwright")
+    if not BROWSER.exists():
+        pytest.skip(f"the browser tests need {BROWSER}")
+    with playwright.sync_playwright() as started:
+        opened = started.chromium.launch(
+            executable_path=str(BROWSER), args=["--no-sandbox", "--disable-background-networking"]
+        )
+        yield opened
+        opened.close()
+
+
 SHARED = Path(__file__).parents[2] / "shared"
 
 

@@ -12,7 +12,6 @@ import pytest
 
 import relit
 from relit.cli.app import relit as command_line
-from tests.studio.e2e.page import BROWSER
 from tests.web import web
 
 ROOT = Path(__file__).parents[1]
@@ -127,19 +126,6 @@ def test_every_command_is_told(site):
         section = text[text.index(f'id="relit-{name}"') :]
         for option in command.params:
             assert all(flag in section for flag in option.opts if flag.startswith("--")), (name, option.name)
-
-
-@pytest.fixture(scope="module")
-def browser():
-    playwright = pytest.importorskip("playwright.sync_api", reason="the browser tests need playwright")
-    if not BROWSER.exists():
-        pytest.skip(f"the browser tests need {BROWSER}")
-    with playwright.sync_playwright() as started:
-        opened = started.chromium.launch(
-            executable_path=str(BROWSER), args=["--no-sandbox", "--disable-background-networking"]
-        )
-        yield opened
-        opened.close()
 
 
 @pytest.fixture

@@ -4,7 +4,6 @@ import base64
 import io
 import re
 from html.parser import HTMLParser
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,8 +12,6 @@ from PIL import Image
 from relit import sample, transfer
 from relit.display.html import LONGEST, image_html, result_html
 from relit.photo.foreign_images import pixels_of
-
-BROWSER = Path("/usr/bin/chromium")
 
 
 class Seen(HTMLParser):
@@ -110,35 +107,29 @@ def test_results_of_every_kind_are_shown(result):
 
 @pytest.mark.e2e
 @pytest.mark.slow
-@pytest.mark.skipif(not BROWSER.exists(), reason=f"{BROWSER} is not installed")
-def test_the_slider_moves_in_a_browser_without_scripts(result, page, tmp_path):
-    from playwright.sync_api import sync_playwright
-
+def test_the_slider_moves_in_a_browser_without_scripts(result, page, tmp_path, browser):
     file = tmp_path / "page.html"
     file.write_text(f"<!doctype html><meta charset=utf-8><body style='margin:0'>{page}", "utf-8")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=str(BROWSER), args=["--no-sandbox", "--disable-background-networking"]
-        )
-        tab = browser.new_context(java_script_enabled=False).new_page()
-        tab.goto(file.as_uri())
+    context = browser.new_context(java_script_enabled=False)
+    tab = context.new_page()
+    tab.goto(file.as_uri())
 
-        def half(x):
-            """Return which picture is seen at a column, by the nearer of the two."""
-            seen = Image.open(io.BytesIO(tab.screenshot())).convert("RGB").crop((0, 0, 512, 512))
-            column = np.asarray(seen, int)[:, x]
-            apart = [np.abs(column - one[:, x]).sum() for one in (result.target, result.image)]
-            return ("before", "after")[int(np.argmin(apart))]
+    def half(x):
+        """Return which picture is seen at a column, by the nearer of the two."""
+        seen = Image.open(io.BytesIO(tab.screenshot())).convert("RGB").crop((0, 0, 512, 512))
+        column = np.asarray(seen, int)[:, x]
+        apart = [np.abs(column - one[:, x]).sum() for one in (result.target, result.image)]
+        return ("before", "after")[int(np.argmin(apart))]
 
-        tab.mouse.move(400, 600)
-        assert (half(170), half(300)) == ("before", "after")
-        tab.mouse.move(330, 100)
-        assert (half(170), half(300)) == ("before", "before")
-        tab.mouse.move(140, 100)
-        assert (half(170), half(300)) == ("after", "after")
-        tab.mouse.move(400, 600)
-        tab.locator("input:checked").focus()
-        for _ in range(8):
-            tab.keyboard.press("ArrowRight")
-        assert (half(170), half(300)) == ("before", "before")
-        browser.close()
+    tab.mouse.move(400, 600)
+    assert (half(170), half(300)) == ("before", "after")
+    tab.mouse.move(330, 100)
+    assert (half(170), half(300)) == ("before", "before")
+    tab.mouse.move(140, 100)
+    assert (half(170), half(300)) == ("after", "after")
+    tab.mouse.move(400, 600)
+    tab.locator("input:checked").focus()
+    for _ in range(8):
+        tab.keyboard.press("ArrowRight")
+    assert (half(170), half(300)) == ("before", "before")
+    context.close()

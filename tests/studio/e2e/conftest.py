@@ -10,7 +10,7 @@ from PIL import Image
 
 from relit.photo.samples import sample
 from relit.studio.guard import HEADERS
-from tests.studio.e2e.page import BROWSER, WAIT, WATCH, quiet, settled
+from tests.studio.e2e.page import WAIT, WATCH, quiet, settled
 
 
 @pytest.fixture(scope="session")
@@ -31,19 +31,6 @@ def address():
         finally:
             server.terminate()
             server.wait(20)
-
-
-@pytest.fixture(scope="session")
-def browser():
-    playwright = pytest.importorskip("playwright.sync_api", reason="the browser tests need playwright")
-    if not BROWSER.exists():
-        pytest.skip(f"the browser tests need {BROWSER}")
-    with playwright.sync_playwright() as started:
-        opened = started.chromium.launch(
-            executable_path=str(BROWSER), args=["--no-sandbox", "--disable-background-networking"]
-        )
-        yield opened
-        opened.close()
 
 
 @pytest.fixture(scope="session")
