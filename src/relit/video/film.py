@@ -13,7 +13,7 @@ import hashlib
 import json
 import os
 import shutil
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,8 +35,6 @@ from relit.video.tracking import track
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
-
-    from numpy.typing import NDArray
 
     from relit.face.landmarks import Landmarks
     from relit.settings.options import TransferOptions
@@ -72,8 +70,6 @@ class Film:
         The least of the key frames': as of `TransferResult.confidence`.
     not_kept : list of str
         What of the clip the film does not hold.
-    samples : list of (float, array, array)
-        Times in s, and what is there before and after.
     """
 
     frames: int
@@ -81,7 +77,6 @@ class Film:
     shots: int
     confidence: float
     not_kept: list[str]
-    samples: list[tuple[float, NDArray[Any], NDArray[Any]]] = field(default_factory=list)
 
 
 @one_opencv_thread()
@@ -99,7 +94,6 @@ def relight_video(
     codec: str | None = None,
     crf: int | None = None,
     overwrite: bool = False,
-    samples: int = 0,
     tell: Callable[[Progress], None] = lambda _progress: None,
 ) -> Film:
     """Relight the face in a video file, and write it as another.
@@ -124,8 +118,6 @@ def relight_video(
         As of `encoding.Settings`.
     overwrite : bool
         Whether the second file may be replaced.
-    samples : int
-        How many frames to give back before and after.
     tell : callable, optional
         Is told how far it is.
 

@@ -195,6 +195,7 @@ class Lights:
             target_landmarks=landmarks,
             reference_landmarks=faces or None,
             options=self._options,
+            detail=self._options.record.preview_iod,
         )
         rows, columns = result.window
         placed = self._frame.placed(landmarks.points)
