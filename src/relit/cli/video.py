@@ -13,7 +13,7 @@ import click
 from relit.cli.groups import GroupedCommand, Option
 from relit.cli.kinds import FILE, Count, Moment
 from relit.cli.options import face_options, force_option, json_option, settings_of, transfer_options
-from relit.cli.sources import find_faces, read_photo, sources_of
+from relit.cli.sources import read_photo, sources_of
 from relit.cli.telling import (
     is_quiet,
     loudness_options,
@@ -49,7 +49,12 @@ _EVERY = 30.0  # s between lines, where nobody sees a bar
 @click.argument("clip", metavar="VIDEO", type=FILE)
 @click.argument("references", metavar="[REFERENCE]...", nargs=-1, type=FILE)
 @click.option(
-    "-o", "--output", required=True, type=FILE, metavar="FILE", help="Video to write: .mp4, .mov, .mkv or .webm."
+    "-o",
+    "--output",
+    required=True,
+    type=FILE,
+    metavar="FILE",
+    help="Video to write: .mp4, .mov, .mkv or .webm.",
 )
 @transfer_options(*(one.name for one in fields(TransferOptions) if one.name not in _OF_PHOTOS))
 @click.option(
@@ -80,7 +85,8 @@ _EVERY = 30.0  # s between lines, where nobody sees a bar
     "--crf",
     type=Count(0),
     metavar="N",
-    help="How much is lost by it: 0 nothing, more is a smaller file. [default: 17 of h264, 19 of h265, 22 of vp9]",
+    help="How much is lost by it: 0 nothing, more is a smaller file. [default: 17 of h264, 19 of h265, 22 of "
+    "vp9]",
 )
 @click.option("--sheet", type=FILE, metavar="PICTURE", help="Also draw some frames, before and after.")
 @force_option
@@ -151,7 +157,8 @@ def video(
         write_image(sheet, contact_sheet(clip, output, (first, last), film.frames), overwrite=force)
     warn_of_confidence(film.confidence)
     warn_of_losses(output, film.not_kept)
-    say(f"{film.frames} frames in {film.shots} shots, {film.lit} of them relit; confidence {film.confidence:.2f}")
+    say(f"{film.frames} frames, {film.lit} of them relit, in {film.shots} shots")
+    say(f"light: confidence {film.confidence:.2f}")
     light = settings.light or "of " + " and ".join(source.name for source in theirs)
     report(
         as_json,
@@ -174,13 +181,13 @@ def _told() -> Iterator[Callable[[Progress], None]]:
     if is_quiet():
         yield lambda _progress: None
         return
-    begun = {"step": "", "at": 0.0, "first": 0.0, "told": time.monotonic()}
+    begun: dict[str, Any] = {"step": "", "at": 0.0, "first": 0.0, "told": time.monotonic()}
 
     def left(now: Progress) -> str:
         """Return how long the pass still takes at the speed it has."""
         if now.step != begun["step"]:
             begun.update(step=now.step, at=time.monotonic(), first=now.done)
-        done, taken = now.done - float(begun["first"]), time.monotonic() - float(begun["at"])
+        done, taken = now.done - begun["first"], time.monotonic() - begun["at"]
         if done <= 0 or now.total <= now.done:
             return ""
         rest = round(taken * (now.total - now.done) / done)
@@ -190,14 +197,15 @@ def _told() -> Iterator[Callable[[Progress], None]]:
 
         def line(now: Progress) -> None:
             rest = left(now)
-            if time.monotonic() - float(begun["told"]) >= _EVERY:
+            if time.monotonic() - begun["told"] >= _EVERY:
                 begun["told"] = time.monotonic()
                 click.echo(f"relit: {now.step.lower()}: {now.done:.0f} of {now.total:.0f}, {rest}", err=True)
 
         yield line
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress as Bar, TextColumn
+    from rich.progress import BarColumn, TextColumn
+    from rich.progress import Progress as Bar
 
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[rest]}"))
     with Bar(*columns, console=Console(stderr=True), transient=True) as bar:

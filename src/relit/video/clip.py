@@ -96,7 +96,8 @@ def opened(path: str) -> Iterator[InputContainer]:
         yield container
     except av.FFmpegError as error:
         raise ImageError(
-            f"{path}: cannot be decoded ({error.strerror}); mend the file, or take part of it by --from and --to"
+            f"{path}: cannot be decoded ({error.strerror}); mend the file, or take part of it by --from and "
+            "--to"
         ) from None
     finally:
         container.close()
@@ -135,12 +136,13 @@ def look_at(path: str) -> Clip:
         context = stream.codec_context
         if context.pix_fmt is None or min(context.width, context.height) < _LEAST:
             raise ImageError(
-                f"{path}: expected a video of {_LEAST} px a side or more, found {context.width}x{context.height}"
+                f"{path}: expected a video of {_LEAST} px a side or more, found "
+                f"{context.width}x{context.height}; give a larger one"
             )
         if (curve := _WIDE.get(int(context.color_trc))) is not None:
             raise ImageError(
-                f"{path}: is in a high dynamic range ({curve}); convert it to SDR first, since its values are "
-                "no brightness that a photo has"
+                f"{path}: is in a high dynamic range ({curve}), whose values are no brightness that a photo "
+                "has; convert it to SDR first"
             )
         seconds = container.duration / 1e6 if container.duration else None
         start = stream.start_time or 0
@@ -182,7 +184,8 @@ def frames(clip: Clip, first: float | None = None, last: float | None = None) ->
             if (frame.width, frame.height) != (clip.width, clip.height):
                 raise ImageError(
                     f"{clip.path}: its frames turn from {clip.width}x{clip.height} to "
-                    f"{frame.width}x{frame.height} px at {time:.2f} s; take the parts one by one, by --from and --to"
+                    f"{frame.width}x{frame.height} px at {time:.2f} s; take the parts one by one, by --from "
+                    "and --to"
                 )
             if frame.interlaced_frame:
                 raise ImageError(f"{clip.path}: is interlaced; deinterlace it first")

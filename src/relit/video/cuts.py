@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING
 
 import cv2
@@ -12,15 +13,14 @@ if TYPE_CHECKING:
 
 _BINS = 4  # of each of red, green and blue
 _SIZE = (64, 36)  # px that a frame is reduced to
-#: Of a histogram, how much is elsewhere after a cut, at least; of frames of one shot, with a hand waved before
-#: the camera, a tenth is.
+#: Of a histogram, how much is elsewhere after a cut, at least.
 JUMP = 0.3
 _ABOVE = 3.0  # how much more than from frame to frame nearby
 _AROUND = 8  # frames on each side that count as nearby
 
 
 def signature(pixels: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Return how the colours of a frame are spread, over thirds of its width; of each third the sum is 1/3."""
+    """Return how the colours of a frame are spread, in each third of its width; all add up to 1."""
     small = cv2.resize(pixels, _SIZE, interpolation=cv2.INTER_AREA)
     # Between two bins a colour counts for both, or a little noise would move much.
     parts = []
@@ -54,7 +54,7 @@ def find_cuts(signatures: NDArray[np.float32]) -> list[int]:
     ([5], [])
     """
     signatures = np.asarray(signatures, np.float32)
-    steps = np.array([apart(*pair) for pair in zip(signatures[:-1], signatures[1:], strict=True)])
+    steps = np.array([apart(*pair) for pair in itertools.pairwise(signatures)])
     cuts: list[int] = []
     for number in np.flatnonzero(steps > JUMP).tolist():
         near = np.r_[steps[max(number - _AROUND, 0) : number], steps[number + 1 : number + 1 + _AROUND]]
@@ -69,6 +69,10 @@ def _is_flash(signatures: NDArray[np.float32], number: int) -> bool:
     for length in (1, 2):
         for first in range(number - length, number + 1):
             last = first + length + 1
-            if first >= 0 and last < len(signatures) and apart(signatures[first], signatures[last]) < JUMP / 2:
+            if (
+                first >= 0
+                and last < len(signatures)
+                and apart(signatures[first], signatures[last]) < JUMP / 2
+            ):
                 return True
     return False

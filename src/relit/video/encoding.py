@@ -88,7 +88,9 @@ class Settings:
             own = _OF_INPUT.get(clip.codec)
             codec = own if own in held else held[0]
         if codec not in held:
-            raise OptionError(f"codec: a {suffix} file holds {' or '.join(held)}, got {codec!r}; choose one of them")
+            raise OptionError(
+                f"codec: a {suffix} file holds {' or '.join(held)}, got {codec!r}; choose one of them"
+            )
         if crf is not None and codec not in _CRF:
             raise OptionError(f"crf: {codec} has none; leave it out")
         if crf is not None and not 0 <= crf <= _MOST_CRF[codec]:

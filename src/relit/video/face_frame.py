@@ -129,12 +129,10 @@ class Placed:
     lying: Similarity
     bend: NDArray[np.float32]
 
-    def taken(
-        self, planes: NDArray[np.float32], factor: int, corner: tuple[int, int]
-    ) -> NDArray[np.float32]:
-        """Return planes of a picture, reduced by a factor from a corner on, (x, y), in the frame of the face."""
+    def taken(self, planes: NDArray[np.float32], factor: int, corner: tuple[int, int]) -> NDArray[np.float32]:
+        """Return planes of a picture, reduced by a factor from a corner (x, y) on, in the face's frame."""
         width, height = self.frame.size
-        grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1) + self.bend
+        grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1) + np.float64(self.bend)
         places = self.lying(grid.reshape(-1, 2)).reshape(height, width, 2)
         places = (places - corner + 0.5) / factor - 0.5
         return _sampled(planes, places.astype(np.float32))
@@ -142,7 +140,7 @@ class Placed:
     def laid(
         self, planes: NDArray[np.float32], size: tuple[int, int], factor: int, corner: tuple[int, int]
     ) -> NDArray[np.float32]:
-        """Return planes of the frame of the face over a picture of so many rows and columns; undoes `taken`."""
+        """Return planes of the face's frame over a picture of so many rows and columns; undoes `taken`."""
         rows, columns = (-(-one // _STEP) for one in size)
         xs, ys = (np.arange(count) * _STEP + (_STEP - 1) / 2 for count in (columns, rows))
         nodes = (np.stack(np.meshgrid(xs, ys), axis=-1) + 0.5) * factor - 0.5 + corner
@@ -154,12 +152,12 @@ class Placed:
 
 
 def _sampled(planes: NDArray[np.float32], places: NDArray[np.float32]) -> NDArray[np.float32]:
-    made = cv2.remap(planes, places, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    made = cv2.remap(planes, places, np.empty(0), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(made, np.float32).reshape(*places.shape[:2], *planes.shape[2:])
 
 
 def _inverse(similarity: Similarity) -> Similarity:
-    linear = np.linalg.inv(similarity.linear)
+    linear = np.asarray(np.linalg.inv(similarity.linear), np.float64)
     return Similarity(linear, -linear @ similarity.shift)
 
 

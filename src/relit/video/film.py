@@ -10,15 +10,11 @@ What was done is kept in a folder beside the film until it is whole; whoever sta
 from __future__ import annotations
 
 import hashlib
-import json
-import os
-import shutil
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from filelock import FileLock, Timeout
 
 from relit.errors import OptionError, OutputError
 from relit.photo.atomic_files import check_free
@@ -31,6 +27,7 @@ from relit.video.joining import join
 from relit.video.lights import Lights, Moving, Still
 from relit.video.pixels import put_change, to_rgb
 from relit.video.rendering import relit
+from relit.video.state import kept_state
 from relit.video.tracking import track
 
 if TYPE_CHECKING:
@@ -137,28 +134,19 @@ def relight_video(
     check_free(Path(output), overwrite=overwrite)
     given = [path, part, face, asdict(options), asdict(settings), reference_video, loops]
     given += [_print_of(one) for one in references] + [_stamp(one) for one in (path, reference_video) if one]
-    state = _State(Path(output), given)
-    with state.open():
-        tracked = track(
-            clip, *part, face, state.folder, lambda s: tell(Progress("Tracking", s, _length(clip, part)))
-        )
+    with kept_state(Path(output), given) as folder:
+        tracked = track(clip, *part, face, folder, _passing("Tracking", _length(clip, part), tell))
         frame = FaceFrame.of(tracked)
         source: Still | Moving = Still(list(references), list(reference_landmarks))
         if other:
-            (state.folder / "reference").mkdir(exist_ok=True)
-            found = track(
-                other,
-                None,
-                None,
-                0,
-                state.folder / "reference",
-                lambda s: tell(Progress("Tracking the reference", s, other.seconds or 0)),
-            )
-            source = Moving(other, found, loops=loops)
+            beside = folder / "reference"
+            beside.mkdir(exist_ok=True)
+            telling = _passing("Tracking the reference", other.seconds or 0.0, tell)
+            source = Moving(other, track(other, None, None, 0, beside, telling), loops=loops)
         lights = Lights(clip, part, tracked, frame, source, options)
         film = _Rendering(clip, part, tracked, frame, lights, options, settings, tell)
-        segments = film.segments(state.folder)
-        made = state.folder / f"film{Path(output).suffix.lower()}"
+        segments = film.segments(folder)
+        made = folder / f"film{Path(output).suffix.lower()}"
         lost = join(made, segments, tracked.pts.tolist(), settings, clip, part)
         _put(made, Path(output), overwrite)
     return Film(
@@ -209,7 +197,8 @@ class _Rendering:
         with limit(1), pool(together) as run:
             for start in range(first, last, together * _AHEAD):
                 numbers = range(start, min(start + together * _AHEAD, last))
-                yield from run(work, [(number, self._cursor(number), self._light(number)) for number in numbers])
+                given = [(number, self._cursor(number), self._light(number)) for number in numbers]
+                yield from run(work, given)
                 self._tell(Progress("Relighting", numbers.stop, len(self._track)))
 
     def _light(self, number: int) -> Any:
@@ -225,42 +214,6 @@ class _Rendering:
         return put_change(picture, pixels, after)
 
 
-class _State:
-    """The folder beside a film in which what was done is kept, until the film is whole."""
-
-    def __init__(self, output: Path, given: Any) -> None:
-        self.folder = output.with_name(f".{output.name}.relit-video")
-        self._given = json.dumps(given, default=str, sort_keys=True)
-
-    def open(self) -> _Opened:
-        return _Opened(self.folder, self._given)
-
-
-class _Opened:
-    def __init__(self, folder: Path, given: str) -> None:
-        self._folder, self._given = folder, given
-        self._lock = FileLock(folder.with_name(f"{folder.name}.lock"))
-
-    def __enter__(self) -> None:
-        try:
-            self._lock.acquire(timeout=0)
-        except Timeout:
-            raise OutputError(
-                f"{self._folder.name}: another run is at work on this film; wait for it, or choose another name"
-            ) from None
-        note = self._folder / "given.json"
-        if self._folder.exists() and (not note.exists() or note.read_text("utf-8") != self._given):
-            shutil.rmtree(self._folder)
-        self._folder.mkdir(exist_ok=True)
-        note.write_text(self._given, "utf-8")
-
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if kind is None or not any(self._folder.glob("*.npz")):
-            shutil.rmtree(self._folder, ignore_errors=True)
-        self._lock.release()
-        Path(self._lock.lock_file).unlink(missing_ok=True)
-
-
 def _check(path: str, output: str, part: Part, options: TransferOptions) -> None:
     first, last = part
     if first is not None and first < 0:
@@ -271,6 +224,10 @@ def _check(path: str, output: str, part: Part, options: TransferOptions) -> None
         raise OptionError("mask: a video is relit with it; leave --no-mask out")
     if Path(output).exists() and Path(path).exists() and Path(output).samefile(path):
         raise OutputError(f"{output}: is the video itself; choose another name")
+
+
+def _passing(step: str, total: float, tell: Callable[[Progress], None]) -> Callable[[float], None]:
+    return lambda seconds: tell(Progress(step, seconds, total))
 
 
 def _length(clip: Clip, part: Part) -> float:
@@ -291,4 +248,4 @@ def _print_of(photo: Any) -> str:
 def _put(made: Path, output: Path, overwrite: bool) -> None:
     """Give the film its name, unless something has it."""
     check_free(output, overwrite=overwrite)
-    os.replace(made, output.resolve() if overwrite else output)
+    made.replace(output.resolve() if overwrite else output)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -51,7 +52,7 @@ def join(
             film = av.open(str(path), "w", format=settings.muxer, options=_options(settings))
             film.flags |= _BITEXACT
             first = next(iter(frames(clip, *part)))
-            video = film.add_stream(settings.encoder, rate=clip.rate)
+            video: Any = film.add_stream(settings.encoder, rate=clip.rate)
             set_up(video.codec_context, settings, clip, first)
             video.time_base = clip.time_base
             original = video_stream(source, clip.path)
@@ -60,7 +61,7 @@ def join(
                 video.set_display_rotation(first.rotation)
             copies = _copied_streams(source, film, original, lost)
             film.metadata.update(_of(source.metadata))
-            film.set_chapters(_chapters(source, shift, part, clip))
+            film.set_chapters(_chapters(source, shift, part, clip))  # type: ignore[arg-type]
             film.start_encoding()
             shown = _video_packets(segments, pts, video, clip, first, shift)
             others = _other_packets(source, copies, shift, part, clip)
@@ -71,7 +72,7 @@ def join(
             if isinstance(error, OutputError):
                 raise
             raise OutputError(
-                f"{path.name}: cannot be written ({error.strerror or error}); choose another kind of file, as .mkv"
+                f"{path.name}: cannot be written ({error.strerror or error}); choose another kind of file: .mkv"
             ) from error
     return lost
 
@@ -123,7 +124,7 @@ def _video_packets(
 
     order = [one.pts for path in segments for one in read_segment(path)]
     times = decode_times(order)
-    lasts = {tick: after - tick for tick, after in zip(pts[:-1], pts[1:], strict=True)}
+    lasts = {tick: after - tick for tick, after in itertools.pairwise(pts)}
     usual = int(first.duration or round(1 / (clip.rate * clip.time_base)))
     away, place = int(shift / clip.time_base), 0
     for path in segments:

@@ -144,7 +144,8 @@ class Lights:
         for start in range(0, len(missing), together):
             some = missing[start : start + together]
             given = [
-                (key, to_rgb(self._cursor(key)), self._source.at(float(self._track.times[key]))) for key in some
+                (key, to_rgb(self._cursor(key)), self._source.at(float(self._track.times[key])))
+                for key in some
             ]
             with limit(1), pool(together) as run:
                 for key, (made, confidence) in zip(some, run(self._relit, given), strict=True):
@@ -174,7 +175,10 @@ class Lights:
         """Return the key frames of the same shot that count for one."""
         shot, times = self._track.shot_of(key), self._track.times
         near = (self.keys >= shot.start) & (self.keys < shot.stop)
-        return self.keys[near & (np.abs(times[self.keys] - times[key]) <= REACH * self._sigma)]
+        wanted: NDArray[np.intp] = self.keys[
+            near & (np.abs(times[self.keys] - times[key]) <= REACH * self._sigma)
+        ]
+        return wanted
 
     def _smoothed(self, key: int) -> Plane:
         near, times = self._around(key), self._track.times
@@ -204,7 +208,7 @@ class Lights:
 
 
 def _key_frames(track: Track, every: float) -> NDArray[np.intp]:
-    """Return the numbers of frames, the first and last of each time that a face is relit, and some between."""
+    """Return the first and last frame of each time that a face is relit, and some between."""
     keys: list[int] = []
     for shot in track.shots:
         lit = track.shares[shot] > 0

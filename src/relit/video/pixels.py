@@ -36,7 +36,7 @@ def _range_of(frame: Any) -> str:
 
 def bits_of(frame: Any) -> int:
     """Return how many bits a sample has."""
-    return max(one.bits for one in frame.format.components)
+    return int(max(one.bits for one in frame.format.components))
 
 
 def writable(frame: Any) -> Any:
@@ -59,7 +59,7 @@ def writable(frame: Any) -> Any:
 
 def turns_of(frame: Any) -> int:
     """Return by how many quarters, counterclockwise, a frame is to be turned to be seen upright."""
-    return round(frame.rotation / 90) % 4
+    return round(float(frame.rotation) / 90) % 4
 
 
 def to_rgb(frame: Any, *, small: bool = False) -> NDArray[Any]:
@@ -118,5 +118,5 @@ def _stored(frame: Any, pixels: NDArray[Any]) -> Any:
 def _samples(plane: Any, kind: type) -> NDArray[Any]:
     """Return the samples of a plane, which are those of the frame itself."""
     size = np.dtype(kind).itemsize
-    rows = np.frombuffer(plane, kind).reshape(plane.height, plane.line_size // size)
+    rows: NDArray[Any] = np.frombuffer(plane, kind).reshape(plane.height, plane.line_size // size)
     return rows[:, : plane.width]

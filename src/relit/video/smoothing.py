@@ -11,6 +11,7 @@ References
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -71,7 +72,7 @@ def filled(valid: NDArray[np.bool_], times: Floats, longest: float) -> NDArray[n
     [1, 1, 1, 0, 0, 0, 1, 0]
     """
     made, known = valid.copy(), np.flatnonzero(valid)
-    for before, after in zip(known[:-1], known[1:], strict=True):
+    for before, after in pairwise(known.tolist()):
         if times[after] - times[before] <= longest:
             made[before:after] = True
     return made

@@ -85,7 +85,7 @@ class Track:
 
     @cached_property
     def shares(self) -> NDArray[np.float64]:
-        """How much of a change each frame takes, 0 to 1: less where the face comes, goes, turns or is covered."""
+        """How much of a change a frame takes, 0 to 1: less where a face comes, goes or turns."""
         made = np.zeros(len(self))
         for shot in self.shots:
             times, presence = self.times[shot], self.presence[shot]
@@ -127,9 +127,10 @@ def track(
     if not shape[0]:
         raise ImageError(f"{clip.path}: has no frame in the time asked for; look at --from and --to")
     if not found["presence"].any():
+        which = f" {face} (counted from 0, the largest first)" if face else ""
         raise FaceNotFoundError(
-            f"{clip.path}: no face {face if face else ''}".rstrip() + " found in any frame; use a video with a "
-            "larger, upright face turned no more than 75°"
+            f"{clip.path}: no face{which} found in any frame; use a video with a larger, upright face turned "
+            "no more than 75°"
         )
     ticks = found["pts"] - found["pts"][0]
     return Track(
@@ -153,7 +154,7 @@ def _find(
 ) -> None:
     """Go through the frames once, and keep what is found in a folder."""
     pts: list[int] = []
-    told_of: list[tuple[float, float, float]] = []
+    facts: list[tuple[float, float, float]] = []
     signatures: list[NDArray[np.float16]] = []
     leaps: list[int] = []
     here: Landmarks | None = None
@@ -178,15 +179,18 @@ def _find(
                 before = here.points.astype(np.float32)
             file.write(before.tobytes())
             pts.append(int(frame.pts))
-            told_of.append(_facts(here, pixels.shape))
+            facts.append(_facts(here, pixels.shape))
             signatures.append(colors.astype(np.float16))
             told(time - float(pts[0] * clip.time_base))
     cuts = find_cuts(np.array(signatures)) if pts else []
     temporary = folder / "track.tmp.npz"
+    presence, yaw, inside = np.array(facts, np.float32).reshape(-1, 3).T
     np.savez(
         temporary,
         pts=np.array(pts, np.int64),
-        **dict(zip(("presence", "yaw", "inside"), np.array(told_of, np.float32).reshape(-1, 3).T, strict=True)),
+        presence=presence,
+        yaw=yaw,
+        inside=inside,
         starts=np.array(sorted({0, *cuts, *leaps}) if pts else [], np.int64),
     )
     temporary.replace(folder / "track.npz")
