@@ -6,6 +6,7 @@ import sys
 import time
 from contextlib import contextmanager
 from dataclasses import asdict, fields
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -126,8 +127,6 @@ def video(
     need_av()
     if sheet is not None:
         check_destination(sheet, overwrite=force)
-    from pathlib import Path
-
     check_free(Path(output), overwrite=force)
 
     from relit.video.film import relight_video

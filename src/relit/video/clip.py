@@ -78,9 +78,7 @@ def need_av() -> None:
     try:
         import av  # noqa: F401
     except ImportError:
-        raise OptionError(
-            'video: needs PyAV, which is not installed; run: pip install "relit[video]"'
-        ) from None
+        raise OptionError("video: PyAV is not installed; run pip install 'relit[video]'") from None
 
 
 @contextmanager
@@ -132,6 +130,8 @@ def look_at(path: str) -> Clip:
     """
     need_av()
     with opened(path) as container:
+        if container.format.name.endswith(("_pipe", "image2")):
+            raise ImageError(f"{path}: is a photo; relight it by relit transfer")
         stream = video_stream(container, path)
         context = stream.codec_context
         if context.pix_fmt is None or min(context.width, context.height) < _LEAST:

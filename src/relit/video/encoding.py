@@ -112,7 +112,15 @@ class Settings:
             return str(own)
         deep = "10le" if bits_of(frame) > 8 or self.codec == "prores" else ""
         chroma = next((one for one in ("444", "422") if one in own), "420")
-        wanted = (f"yuv{chroma}p{deep}", f"yuv422p{deep}", f"yuv420p{deep}", f"yuv444p{deep}", "yuv420p")
+        alpha = (f"yuva{chroma}p{deep}",) if own.startswith("yuva") else ()
+        wanted = (
+            *alpha,
+            f"yuv{chroma}p{deep}",
+            f"yuv422p{deep}",
+            f"yuv420p{deep}",
+            f"yuv444p{deep}",
+            "yuv420p",
+        )
         return next(one for one in wanted if one in known)
 
 
@@ -153,7 +161,7 @@ def as_stored(frame: Any, settings: Settings) -> Any:
         return frame
     span = "JPEG" if _range_of(frame) == 2 else "MPEG"
     made = frame.reformat(format=wanted, src_color_range=span, dst_color_range=span, threads=1)
-    made.pts, made.time_base = frame.pts, frame.time_base
+    made.pts = frame.pts
     return made
 
 

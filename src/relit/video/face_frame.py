@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-import cv2
 import numpy as np
 
 from relit.compose.person_matte import corners_round
 from relit.face.landmarks import Landmarks, control_rows
+from relit.photo.filters import at_places
 from relit.photo.resampling import Enlarger
 from relit.video.smoothing import REACH, line_weights
 from relit.warp.rbf import fit_rbf
@@ -135,7 +135,7 @@ class Placed:
         grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1) + np.float64(self.bend)
         places = self.lying(grid.reshape(-1, 2)).reshape(height, width, 2)
         places = (places - corner + 0.5) / factor - 0.5
-        return _sampled(planes, places.astype(np.float32))
+        return _sampled(planes, places)
 
     def laid(
         self, planes: NDArray[np.float32], size: tuple[int, int], factor: int, corner: tuple[int, int]
@@ -151,9 +151,8 @@ class Placed:
         return _sampled(planes, Enlarger(places, _STEP, size).rows(0, size[0]))
 
 
-def _sampled(planes: NDArray[np.float32], places: NDArray[np.float32]) -> NDArray[np.float32]:
-    made = cv2.remap(planes, places, np.empty(0), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return np.asarray(made, np.float32).reshape(*places.shape[:2], *planes.shape[2:])
+def _sampled(planes: NDArray[np.float32], places: NDArray[np.floating]) -> NDArray[np.float32]:
+    return at_places(planes, places[..., 0], places[..., 1])
 
 
 def _inverse(similarity: Similarity) -> Similarity:

@@ -72,7 +72,8 @@ def join(
             if isinstance(error, OutputError):
                 raise
             raise OutputError(
-                f"{path.name}: cannot be written ({error.strerror or error}); choose another kind of file: .mkv"
+                f"{path.name}: cannot be written ({error.strerror or error}); choose a name in .mkv, which "
+                "holds most"
             ) from error
     return lost
 

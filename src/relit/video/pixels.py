@@ -53,7 +53,7 @@ def writable(frame: Any) -> Any:
         dst_color_range="MPEG",
         threads=1,
     )
-    made.pts, made.time_base = frame.pts, frame.time_base
+    made.pts = frame.pts
     return made
 
 

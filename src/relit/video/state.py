@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from filelock import FileLock, Timeout
 
-from relit.errors import OutputError
+from relit.errors import ImageError, LandmarkError, OptionError, OutputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -46,8 +46,10 @@ def kept_state(output: Path, given: Any) -> Iterator[Path]:
         note.write_text(told, "utf-8")
         yield folder
         shutil.rmtree(folder)
-    except BaseException:
-        if not (folder / "track.npz").exists():  # nothing is done that would be worth keeping
+    except BaseException as error:
+        # What was done is worth keeping, unless the same would go wrong again.
+        again = isinstance(error, ImageError | LandmarkError | OptionError)
+        if again or not (folder / "track.npz").exists():
             shutil.rmtree(folder, ignore_errors=True)
         raise
     finally:
