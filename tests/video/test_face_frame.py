@@ -5,6 +5,7 @@ import pytest
 
 from relit.face.detect import detect_landmarks
 from relit.video.face_frame import FaceFrame
+from relit.video.steady import Steady
 from relit.video.tracking import Track
 from relit.warp.similarity import Similarity
 from tests.video.clips import face
@@ -72,7 +73,7 @@ def test_a_face_that_moves_evenly_is_not_late(mesh):
     track = track_of(faces)
     frame = FaceFrame.of(track)
     for number in (0, 1, 10, 20):
-        assert frame.landmarks(track, number).points == pytest.approx(faces[number], abs=0.01)
+        assert Steady(track, frame).landmarks(number).points == pytest.approx(faces[number], abs=0.01)
 
 
 def test_jitter_gets_less(mesh):
@@ -80,8 +81,9 @@ def test_jitter_gets_less(mesh):
     faces = [mesh + noise.normal(0, 0.5, mesh.shape) for _ in range(41)]
     track = track_of(faces)
     frame = FaceFrame.of(track)
-    smooth = [frame.landmarks(track, number).xy for number in range(10, 31)]
-    assert np.std(smooth, axis=0).mean() < 0.25
+    steady = Steady(track, frame)
+    smooth = [steady.landmarks(number).xy for number in range(10, 31)]
+    assert np.std(smooth, axis=0).mean() < 0.15
 
 
 def test_a_frame_without_a_face_is_read_off_those_around(mesh):
@@ -89,7 +91,7 @@ def test_a_frame_without_a_face_is_read_off_those_around(mesh):
     presence = [1, 1, 1, 1, 0, 1, 1, 1, 1]
     track = track_of([mesh if k == 4 else one for k, one in enumerate(faces)], presence)
     frame = FaceFrame.of(track)
-    assert frame.landmarks(track, 4).points == pytest.approx(faces[4], abs=0.01)
+    assert Steady(track, frame).landmarks(4).points == pytest.approx(faces[4], abs=0.01)
 
 
 def test_another_shot_does_not_count(mesh):
@@ -97,7 +99,7 @@ def test_another_shot_does_not_count(mesh):
     track = track_of(faces, starts=(0, 5))
     frame = FaceFrame.of(track)
     for number in (4, 5):
-        assert frame.landmarks(track, number).points == pytest.approx(faces[number], abs=0.01)
+        assert Steady(track, frame).landmarks(number).points == pytest.approx(faces[number], abs=0.01)
 
 
 def test_changes_come_and_go_with_the_face(mesh):

@@ -121,7 +121,7 @@ class Settings:
             f"yuv444p{deep}",
             "yuv420p",
         )
-        return next(one for one in wanted if one in known)
+        return str(next(one for one in wanted if one in known))
 
 
 def set_up(context: Any, settings: Settings, clip: Clip, frame: Any) -> None:

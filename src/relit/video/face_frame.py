@@ -17,7 +17,6 @@ from relit.compose.person_matte import corners_round
 from relit.face.landmarks import Landmarks, control_rows
 from relit.photo.filters import at_places
 from relit.photo.resampling import Enlarger
-from relit.video.smoothing import REACH, line_weights
 from relit.warp.rbf import fit_rbf
 from relit.warp.similarity import Similarity, fit_similarity
 
@@ -28,8 +27,6 @@ if TYPE_CHECKING:
 
 #: Px that the eyes are apart in the frame: a change of light has no detail finer than that.
 IOD = 40.0
-# Standard deviations in s by which landmarks are smoothed: how a face lies, and its shape.
-_LYING, _SHAPE = 0.06, 0.12
 _STEP = 8  # px between the places where a map is worked out
 _EVERY = 3  # of the rows that align faces, those that bend the map
 _SLACK = 1.0  # smoothing of the spline, in px of the frame: landmarks are no more exact
@@ -61,10 +58,10 @@ class FaceFrame:
         eyes = Landmarks(first).eyes
         assert eyes is not None
         upright = fit_similarity(eyes[:, :2], np.array([[-IOD / 2, 0], [IOD / 2, 0]]))
-        mean = _moved(upright, first)
+        mean = moved(upright, first)
         for _ in range(2):  # once to the first face, once to the mean
             faces = [np.asarray(track.points[k], np.float64) for k in some]
-            mean = np.mean([_moved(fit_similarity(one[:, :2], mean[:, :2]), one) for one in faces], axis=0)
+            mean = np.mean([moved(fit_similarity(one[:, :2], mean[:, :2]), one) for one in faces], axis=0)
         corners = corners_round(Landmarks(mean))
         low = np.floor(corners.min(axis=0))
         width, height = (-(-(np.ceil(corners.max(axis=0)) - low).astype(int) // _STEP) * _STEP).tolist()
@@ -91,34 +88,12 @@ class FaceFrame:
     def placed(self, points: NDArray[np.float64]) -> Placed:
         """Return how the frame lies over a picture in which the face has these landmarks."""
         lying = fit_similarity(self.template[:, :2], points[:, :2])
-        shape = _moved(_inverse(lying), points)
+        shape = moved(inverse(lying), points)
         away = (shape - self.template)[self._rows, :2].astype(np.float32)
         width, height = self.size
         # einsum: a product of matrices may round otherwise where there are more threads.
         nodes = np.einsum("ij,jk->ik", self._bend, away).reshape(height // _STEP, width // _STEP, 2)
         return Placed(self, lying, Enlarger(nodes, _STEP, (height, width)).rows(0, height))
-
-    def landmarks(self, track: Track, number: int) -> Landmarks:
-        """Return the smoothed landmarks of a frame; those that are not known are read off what is around."""
-        shot = track.shot_of(number)
-        at, reach = track.times[number], REACH * max(_LYING, _SHAPE)
-        first = max(int(np.searchsorted(track.times, at - reach)), shot.start)
-        last = min(int(np.searchsorted(track.times, at + reach, "right")), shot.stop)
-        near = np.arange(first, last)
-        near = near[track.presence[near] > 0]
-        if not near.size:
-            return Landmarks(track.points[number], "mesh478", 0.0)
-        times, trust = track.times[near], track.presence[near].astype(np.float64)
-        faces = np.asarray(track.points[first:last], np.float64)[near - first]
-        lying = [fit_similarity(self.template[:, :2], one[:, :2]) for one in faces]
-        shapes = np.stack([_moved(_inverse(one), face) for one, face in zip(lying, faces, strict=True)])
-        weights = line_weights(times, at, _LYING, trust)
-        smooth = Similarity(
-            np.einsum("i,ijk->jk", weights, np.stack([one.linear for one in lying])),
-            np.einsum("i,ij->j", weights, np.stack([one.shift for one in lying])),
-        )
-        shape = np.einsum("i,ijk->jk", line_weights(times, at, _SHAPE, trust), shapes)
-        return Landmarks(_moved(smooth, shape), "mesh478", min(float(trust.max()), 1.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +119,7 @@ class Placed:
         rows, columns = (-(-one // _STEP) for one in size)
         xs, ys = (np.arange(count) * _STEP + (_STEP - 1) / 2 for count in (columns, rows))
         nodes = (np.stack(np.meshgrid(xs, ys), axis=-1) + 0.5) * factor - 0.5 + corner
-        flat = _inverse(self.lying)(nodes.reshape(-1, 2)).reshape(rows, columns, 2).astype(np.float32)
+        flat = inverse(self.lying)(nodes.reshape(-1, 2)).reshape(rows, columns, 2).astype(np.float32)
         places = flat
         for _ in range(_ROUNDS):
             places = flat - _sampled(self.bend, places)
@@ -155,11 +130,12 @@ def _sampled(planes: NDArray[np.float32], places: NDArray[np.floating]) -> NDArr
     return at_places(planes, places[..., 0], places[..., 1])
 
 
-def _inverse(similarity: Similarity) -> Similarity:
+def inverse(similarity: Similarity) -> Similarity:
+    """Return the similarity that undoes another."""
     linear = np.asarray(np.linalg.inv(similarity.linear), np.float64)
     return Similarity(linear, -linear @ similarity.shift)
 
 
-def _moved(similarity: Similarity, points: NDArray[np.float64]) -> NDArray[np.float64]:
+def moved(similarity: Similarity, points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (n, 3) points moved, their depth at the scale of the rest."""
     return np.column_stack([similarity(points[:, :2]), points[:, 2] * similarity.scale])

@@ -28,6 +28,7 @@ from relit.video.lights import Lights, Moving, Still
 from relit.video.pixels import put_change, to_rgb
 from relit.video.rendering import relit
 from relit.video.state import kept_state
+from relit.video.steady import Steady
 from relit.video.tracking import track
 
 if TYPE_CHECKING:
@@ -137,14 +138,15 @@ def relight_video(
     with kept_state(Path(output), given) as folder:
         tracked = track(clip, *part, face, folder, _passing("Tracking", _length(clip, part), tell))
         frame = FaceFrame.of(tracked)
+        steady = Steady(tracked, frame)
         source: Still | Moving = Still(list(references), list(reference_landmarks))
         if other:
             beside = folder / "reference"
             beside.mkdir(exist_ok=True)
             telling = _passing("Tracking the reference", other.seconds or 0.0, tell)
             source = Moving(other, track(other, None, None, 0, beside, telling), loops=loops)
-        lights = Lights(clip, part, tracked, frame, source, options)
-        film = _Rendering(clip, part, tracked, frame, lights, options, settings, tell)
+        lights = Lights(clip, part, tracked, frame, steady, source, options)
+        film = _Rendering(clip, part, tracked, frame, steady, lights, options, settings, tell)
         segments = film.segments(folder)
         made = folder / f"film{Path(output).suffix.lower()}"
         lost = join(made, segments, tracked.pts.tolist(), settings, clip, part)
@@ -167,12 +169,13 @@ class _Rendering:
         part: Part,
         tracked: Track,
         frame: FaceFrame,
+        steady: Steady,
         lights: Lights,
         options: TransferOptions,
         settings: Settings,
         tell: Callable[[Progress], None],
     ) -> None:
-        self._track, self._frame, self._lights = tracked, frame, lights
+        self._track, self._frame, self._steady, self._lights = tracked, frame, steady, lights
         self._clip, self._part, self._settings, self._tell = clip, part, settings, tell
         self._options, self._cursor = options, Cursor(clip, *part)
 
@@ -208,7 +211,7 @@ class _Rendering:
         if light is None:
             return picture
         pixels = to_rgb(picture)
-        landmarks = self._frame.landmarks(self._track, number)
+        landmarks = self._steady.landmarks(number)
         share = float(self._track.shares[number])
         after = relit(pixels, landmarks, self._frame, light, share, space, self._options)
         return put_change(picture, pixels, after)

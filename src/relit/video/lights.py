@@ -21,6 +21,7 @@ from relit.video.clip import Cursor
 from relit.video.face_frame import FaceFrame
 from relit.video.pixels import to_rgb
 from relit.video.smoothing import REACH, line_weights
+from relit.video.steady import Steady
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -79,7 +80,7 @@ class Moving:
 
     def __init__(self, clip: Clip, track: Track, *, loops: bool) -> None:
         self._track, self._loops = track, loops
-        self._cursor, self._frame = Cursor(clip, None, None), FaceFrame.of(track)
+        self._cursor, self._steady = Cursor(clip, None, None), Steady(track, FaceFrame.of(track))
         # Where the reference's face is gone, the light stays what it was.
         self._known = np.flatnonzero(track.shares > 0.5)
         if not self._known.size:
@@ -93,7 +94,7 @@ class Moving:
         if self._loops and length > 0:
             time %= length
         number = int(self._known[np.argmin(np.abs(times[self._known] - time))])
-        face = self._frame.landmarks(self._track, number)
+        face = self._steady.landmarks(number)
         return Reference([to_rgb(self._cursor(number))], [face])
 
 
@@ -107,6 +108,7 @@ class Lights:
         From when to when the clip was tracked.
     track : Track
     frame : FaceFrame
+    steady : Steady
     source : Source
     options : TransferOptions
     """
@@ -117,10 +119,12 @@ class Lights:
         part: tuple[float | None, float | None],
         track: Track,
         frame: FaceFrame,
+        steady: Steady,
         source: Source,
         options: TransferOptions,
     ) -> None:
         self._track, self._frame, self._source, self._options = track, frame, source, options
+        self._steady = steady
         self._every, self._sigma = _MOVING if source.moving else _STILL
         self.keys = _key_frames(track, self._every)
         self._cursor = Cursor(clip, *part)
@@ -192,7 +196,7 @@ class Lights:
     def _relit(self, given: tuple[int, NDArray[Any], Reference]) -> tuple[Plane, float]:
         """Return the change of light of a key frame in the frame of the face, and how sure the light is."""
         key, pixels, (images, faces) = given
-        landmarks = self._frame.landmarks(self._track, key)
+        landmarks = self._steady.landmarks(key)
         result = transfer(
             pixels,
             images or None,

@@ -45,7 +45,7 @@ def relit(
         The planes that the change is one of.
     options : TransferOptions
     """
-    factor = reduction(landmarks, options, options.record.preview_iod)
+    factor = reduction(landmarks, options, None)
     window = face_window(pixels.shape, landmarks, options, factor)
     view = view_of(pixels, landmarks, window, factor)
     size = view.pixels.shape[:2]
