@@ -62,14 +62,17 @@ def read(path: Path) -> list[Picture]:
     return [to_rgb(frame) for frame in frames(look_at(str(path)))]
 
 
-def moved(picture: NDArray[Any], number: int, fill: int = cv2.BORDER_REPLICATE) -> NDArray[Any]:
-    """Return a picture as a head that moves shows it: to the sides, up and down, turned and nearer."""
+def moved(
+    picture: NDArray[Any], number: int, fill: int = cv2.BORDER_REPLICATE, *, back: bool = False
+) -> NDArray[Any]:
+    """Return a picture as a head that moves shows it: to the sides, up, turned and nearer; or undo it."""
     time = number / _RATE
     height, width = picture.shape[:2]
     turn, scale = 6 * np.sin(2.1 * time), 0.9 + 0.06 * np.sin(1.3 * time)
     place = cv2.getRotationMatrix2D((width / 2, height / 2), turn, scale)
     place[:, 2] += 45 * np.sin(3.1 * time), 18 * np.sin(4.3 * time)
-    return np.asarray(cv2.warpAffine(picture, place, (width, height), flags=cv2.INTER_CUBIC, borderMode=fill))
+    how = cv2.INTER_CUBIC | (cv2.WARP_INVERSE_MAP if back else 0)
+    return np.asarray(cv2.warpAffine(picture, place, (width, height), flags=how, borderMode=fill))
 
 
 def flicker(before: list[Picture], after: list[Picture], where: NDArray[np.bool_]) -> NDArray[np.float64]:
@@ -170,19 +173,30 @@ def head(folder: Path, heads: Path, row: list[str], count: int, *, moving: bool)
     some = range(0, count, 5)
     alone = [relit.transfer(clip[number], between(other, number)).image for number in some]
     errors = [error(*one) for one in zip(made, truth, where, strict=True)]
-    steps = [
-        np.abs(
-            np.diff([luma(one / 255.0)[area].mean() for one, area in zip(pictures, where, strict=True)], 2)
-        ).mean()
-        for pictures in (made, truth)
-    ]
+    inside = cv2.erode(face.astype(np.uint8), np.ones((15, 15), np.uint8)) > 0
+
+    def flickers(pictures: list[Picture]) -> float:
+        """Return how much a face flickers that is brought back to where it was."""
+        one, other = (
+            [moved(picture, number, back=True) for picture, number in zip(of, some, strict=True)]
+            for of in ([clip[number] for number in some], pictures)
+        )
+        return float(flicker(one, other, inside).mean())
+
     return {
         "error, video": float(np.mean([errors[number] for number in some])),
         "error, frames alone": float(
             np.mean([error(one, truth[n], where[n]) for one, n in zip(alone, some, strict=True)])
         ),
         "error, worst frame": max(errors),
-        "unsteadiness, % of the truth's": 100 * float(steps[0] / steps[1]),
+        **(
+            {}
+            if moving
+            else {
+                "flicker, video": flickers([made[n] for n in some]),
+                "flicker, frames alone": flickers(alone),
+            }
+        ),
     }
 
 

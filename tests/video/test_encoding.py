@@ -1,5 +1,9 @@
 """Times of decoding, codecs by names of files, and segments that are joined."""
 
+import os
+import subprocess
+import sys
+from fractions import Fraction
 from itertools import pairwise
 
 import pytest
@@ -41,3 +45,28 @@ def test_what_cannot_be_is_refused(clip):
         Settings.of("a.mov", clip, "prores", 20)
     with pytest.raises(OptionError, match="0 to 51"):
         Settings.of("a.mp4", clip, "h264", 52)
+
+
+MAKE = """
+import sys
+from pathlib import Path
+from relit.video.clip import frames, look_at
+from relit.video.encoding import Settings, encode
+clip = look_at(sys.argv[1])
+encode(Path(sys.argv[2]), frames(clip), Settings.of("a.mkv", clip, sys.argv[3], None), clip)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("codec", ["h264", "h265", "vp9", "prores"])
+def test_what_is_written_does_not_lean_on_memory_that_never_was(tmp_path, codec):
+    # 100 px are no multiple of 16: encoders pad. glibc fills what it gives with what is asked.
+    source = make(
+        tmp_path / "in.mkv", moving(8, side=100), tick=Fraction(1, 1000), times=[40 * k for k in range(8)]
+    )
+    made = set()
+    for fill in ("0", "85", "170"):
+        asked = [sys.executable, "-c", MAKE, str(source), str(tmp_path / "a.segment"), codec]
+        subprocess.run(asked, check=True, env={**os.environ, "MALLOC_PERTURB_": fill})
+        made.add((tmp_path / "a.segment").read_bytes())
+    assert len(made) == 1

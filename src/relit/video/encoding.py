@@ -140,6 +140,9 @@ def set_up(context: Any, settings: Settings, clip: Clip, frame: Any) -> None:
         options["crf"] = str(settings.crf)
     if settings.codec in ("h264", "h265"):
         options["preset"] = "fast"
+    if settings.codec == "h264":
+        # Its macroblock tree reads memory that it never wrote: the same frames would give other bytes.
+        options["x264-params"] = "mbtree=0"
     if settings.codec == "h265":
         options["x265-params"] = f"log-level=error:frame-threads=2:pools={_THREADS}"
         context.codec_tag = "hvc1" if settings.muxer in ("mp4", "mov") else context.codec_tag
