@@ -40,7 +40,7 @@ def test_extras_have_theirs():
     rows = TABLES[1]
     told = sorted((*names(row[:1]), *names(row[1:2])) for row in rows)
     assert told == sorted((extra, name) for extra in extras_for_users() for name in wanted(EXTRAS[extra]))
-    assert [row[1] for row in rows if not is_allowed(row[3])] == ["`pillow-heif`"]
+    assert [row[1] for row in rows if not is_allowed(row[3])] == ["`pillow-heif`", "`av`"]
 
 
 def test_what_developers_need_has_a_row():

@@ -31,7 +31,7 @@ GPL_LIBRARIES = re.compile(
     r"(lib)?(x26[45]|xvidcore|postproc|fftw3|gsl|readline|rubberband|vidstab)(?![a-z])"
 )
 #: The folders of packages that hold one all the same: the README says so, and what to do.
-TOLD = ("pillow_heif",)
+TOLD = ("pillow_heif", "av.libs")
 _LIBRARY = re.compile(r"\.(so|dylib|dll|pyd)\b")
 
 

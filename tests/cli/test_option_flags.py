@@ -31,6 +31,18 @@ OTHERS = {
     }
     | {"output", "swap", "stages", "sheet", "changed", "timings", "force", "as_json", "help_all"}
     | LOUDNESS,
+    "video": {
+        "clip",
+        "references",
+        "output",
+        "face",
+        "reference_landmarks",
+        "reference_face",
+        "first",
+        "last",
+    }
+    | {"reference_end", "codec", "crf", "sheet", "force", "as_json", "help_all"}
+    | LOUDNESS,
     "align": PHOTOS | {"output", "force", "as_json"} | LOUDNESS,
     "batch": {"manifest", "kind", "output", "targets", "references", "pairing", "seed", "suffix", "engine"}
     | {"workers", "address", "limit", "dry_run", "results", "journal", "cache_size", "force", "as_json"}
@@ -51,6 +63,7 @@ OTHERS = {
 OPTIONS = {
     "transfer": set(FIELDS),
     "batch": set(FIELDS),
+    "video": set(FIELDS) - {"mask", "full_resolution"},
     "align": {"kernel", "affine", "smoothing"},
     "decompose": {"lam", "neighborhood"},
     "normalize": {"lam", "neighborhood"},

@@ -42,6 +42,7 @@ from relit.cli.telling import (
 )
 from relit.cli.terminal import exit_code_of
 from relit.cli.transfer import transfer
+from relit.cli.video import video
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -187,5 +188,5 @@ def samples(folder: str, force: bool, as_json: bool) -> None:
     )
 
 
-for _command in (transfer, batch, decompose, normalize, evaluate, studio, serve):
+for _command in (transfer, video, batch, decompose, normalize, evaluate, studio, serve):
     relit.add_command(_command)

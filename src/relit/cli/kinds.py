@@ -11,8 +11,9 @@ if TYPE_CHECKING:
     _Text = click.ParamType[str]
     _Whole = click.ParamType[int]
     _NumberOrWord = click.ParamType[float | str]
+    _Seconds = click.ParamType[float]
 else:  # before click 8.4, it takes no parameter
-    _Text = _Whole = _NumberOrWord = click.ParamType
+    _Text = _Whole = _NumberOrWord = _Seconds = click.ParamType
 
 
 class Place(_Text):
@@ -68,6 +69,26 @@ class Amount(_Whole):
         if whole < 1 or whole != number:
             self.fail(f"{text!r} is not a whole number of 1 or more, as 500k, 200M or 1.5G.", param, ctx)
         return whole
+
+
+class Moment(_Seconds):
+    """A time in a video: seconds, or minutes and seconds, or hours too: 62.5, 1:02.5, 0:01:02.5."""
+
+    name = "time"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the seconds."""
+        seconds = 0.0
+        parts = str(value).split(":")
+        try:
+            for place, part in enumerate(parts):
+                number = float(part) if place == len(parts) - 1 else int(part)
+                if not 0 <= number < (60 if place else float("inf")) or len(parts) > 3:
+                    raise ValueError
+                seconds = 60 * seconds + number
+        except ValueError:
+            self.fail(f"{value!r} is not a time, as 62.5 (seconds), 1:02.5 or 0:01:02.5.", param, ctx)
+        return seconds
 
 
 class Number(_NumberOrWord):

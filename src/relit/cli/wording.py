@@ -25,6 +25,7 @@ _CALLED = {
     "region_mask": "--region-mask",
     "interocular_distance": "--eye-distance",
     "address": "--address",
+    **{name: f"--{name}" for name in ("from", "to", "codec", "crf")},
 }
 _JSON = {"None": "nothing", "True": "true", "False": "false"}
 _KINDS = {

@@ -135,7 +135,7 @@ def faces_in(pixels: NDArray[np.uint8]) -> tuple[Landmarks, ...]:
     for squares in _views(photo.reduce(factor)):
         fits = [fit for square in squares if (fit := _fit(photo, square.scaled(factor)))]
         if fits:
-            faces = _distinct([(face.confidence or 0, _square_round(face.points), face) for face in fits])
+            faces = _distinct([(face.confidence or 0, square_round(face.points), face) for face in fits])
             return tuple(sorted(faces, key=lambda face: -face.interocular_distance))
     return ()
 
@@ -204,11 +204,11 @@ def _fit(photo: Image.Image, square: Square) -> Landmarks | None:
     # A weak first look in a poor square may become a sure one in a good square; a hopeless one does not.
     if presence < LEAST_PRESENCE / 10:
         return None
-    ((points, presence),) = see_mesh(photo, _square_round(points), (gamma,))
+    ((points, presence),) = see_mesh(photo, square_round(points), (gamma,))
     return Landmarks(points, "mesh478", presence) if presence >= LEAST_PRESENCE else None
 
 
-def _square_round(points: NDArray[np.float64]) -> Square:
+def square_round(points: NDArray[np.float64]) -> Square:
     """Return the square to look for a known mesh in: upright to the eyes, 1.5 times as large as the face."""
     angle = _angle(*points[[*_EYE_CORNERS], :2])
     upright = Square(0.0, 0.0, 1.0, -angle).to_photo(points[:, :2] + 0.5)

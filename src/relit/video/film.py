@@ -1,0 +1,254 @@
+"""Relight the face in a video, in three passes: where it is, what its light becomes, and every frame.
+
+1. *Track* the face in every frame, and find where the film is cut.
+2. *Light* key frames as photos are, and take what changes to a frame that moves with the face.
+3. *Render* every frame with the change of its time, encode it, and join it with the sound.
+
+What was done is kept in a folder beside the film until it is whole; whoever starts again goes on there.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from relit.errors import OptionError, OutputError
+from relit.photo.atomic_files import check_free
+from relit.runtime.opencv import one_opencv_thread
+from relit.runtime.threads import available, limit, pool
+from relit.video.clip import Cursor, look_at
+from relit.video.encoding import Settings, encode
+from relit.video.face_frame import FaceFrame
+from relit.video.joining import join
+from relit.video.lights import Lights, Moving, Still
+from relit.video.pixels import put_change, to_rgb
+from relit.video.rendering import relit
+from relit.video.state import kept_state
+from relit.video.steady import Steady
+from relit.video.tracking import track
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from relit.face.landmarks import Landmarks
+    from relit.settings.options import TransferOptions
+    from relit.video.clip import Clip
+    from relit.video.tracking import Track
+
+    Part = tuple[float | None, float | None]
+
+_SEGMENT = 120  # frames after which work is kept
+_AHEAD = 2  # frames that a thread has in work or waiting, so that memory is bounded
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a film is: the pass, and frames, or s of the clip, that are done of so many."""
+
+    step: str
+    done: float
+    total: float
+
+
+@dataclass(frozen=True, eq=False)
+class Film:
+    """What was made of a video.
+
+    Attributes
+    ----------
+    frames : int
+    lit : int
+        Frames in which the face is relit.
+    shots : int
+    confidence : float
+        The least of the key frames': as of `TransferResult.confidence`.
+    not_kept : list of str
+        What of the clip the film does not hold.
+    """
+
+    frames: int
+    lit: int
+    shots: int
+    confidence: float
+    not_kept: list[str]
+
+
+@one_opencv_thread()
+def relight_video(
+    path: str,
+    output: str,
+    options: TransferOptions,
+    *,
+    references: Sequence[Any] = (),
+    reference_landmarks: Sequence[Landmarks] = (),
+    reference_video: str | None = None,
+    loops: bool = False,
+    part: Part = (None, None),
+    face: int = 0,
+    codec: str | None = None,
+    crf: int | None = None,
+    overwrite: bool = False,
+    tell: Callable[[Progress], None] = lambda _progress: None,
+) -> Film:
+    """Relight the face in a video file, and write it as another.
+
+    Parameters
+    ----------
+    path, output : str
+        Names of the files. Size, time stamps, colour tags, depth, sound and subtitles are those of the first.
+    options : TransferOptions
+        How to relight.
+    references, reference_landmarks : sequences, optional
+        Photos, as of `relit.transfer`, and the faces in them.
+    reference_video : str, optional
+        A video whose light at the same time goes over, instead.
+    loops : bool
+        Whether a shorter one begins anew; else the last of its light stays.
+    part : (float or None, float or None)
+        From when to when, in s from the start.
+    face : int
+        Which face, 0 being the largest, where it is first seen in a shot.
+    codec, crf : optional
+        As of `encoding.Settings`.
+    overwrite : bool
+        Whether the second file may be replaced.
+    tell : callable, optional
+        Is told how far it is.
+
+    Returns
+    -------
+    Film
+
+    Raises
+    ------
+    ImageError, FaceNotFoundError, OptionError, OutputError
+        If a file cannot be read, has no face, an option is out of range, or the film cannot be written.
+    """
+    _check(path, output, part, options)
+    clip = look_at(path)
+    other = look_at(reference_video) if reference_video else None
+    settings = Settings.of(output, clip, codec, crf)
+    check_free(Path(output), overwrite=overwrite)
+    given = [path, part, face, asdict(options), asdict(settings), reference_video, loops]
+    given += [_print_of(one) for one in references] + [_stamp(one) for one in (path, reference_video) if one]
+    with kept_state(Path(output), given) as folder:
+        tracked = track(clip, *part, face, folder, _passing("Tracking", _length(clip, part), tell))
+        frame = FaceFrame.of(tracked)
+        steady = Steady(tracked, frame)
+        source: Still | Moving = Still(list(references), list(reference_landmarks))
+        if other:
+            beside = folder / "reference"
+            beside.mkdir(exist_ok=True)
+            telling = _passing("Tracking the reference", other.seconds or 0.0, tell)
+            source = Moving(other, track(other, None, None, 0, beside, telling), loops=loops)
+        lights = Lights(clip, part, tracked, frame, steady, source, options)
+        film = _Rendering(clip, part, tracked, frame, steady, lights, options, settings, tell)
+        segments = film.segments(folder)
+        made = folder / f"film{Path(output).suffix.lower()}"
+        lost = join(made, segments, tracked.pts.tolist(), settings, clip, part)
+        _put(made, Path(output), overwrite)
+    return Film(
+        frames=len(tracked),
+        lit=int((tracked.shares > 0).sum()),
+        shots=len(tracked.starts),
+        confidence=lights.confidence,
+        not_kept=lost,
+    )
+
+
+class _Rendering:
+    """Pass 3."""
+
+    def __init__(
+        self,
+        clip: Clip,
+        part: Part,
+        tracked: Track,
+        frame: FaceFrame,
+        steady: Steady,
+        lights: Lights,
+        options: TransferOptions,
+        settings: Settings,
+        tell: Callable[[Progress], None],
+    ) -> None:
+        self._track, self._frame, self._steady, self._lights = tracked, frame, steady, lights
+        self._clip, self._part, self._settings, self._tell = clip, part, settings, tell
+        self._options, self._cursor = options, Cursor(clip, *part)
+
+    def segments(self, folder: Path) -> list[Path]:
+        """Make all segments that are not there yet."""
+        paths = []
+        for first in range(0, len(self._track), _SEGMENT):
+            last = min(first + _SEGMENT, len(self._track))
+            paths.append(folder / f"{first:09}.segment")
+            if not paths[-1].exists():
+                self._lights.prepare(first, last)
+                encode(paths[-1], self._frames(first, last), self._settings, self._clip)
+        return paths
+
+    def _frames(self, first: int, last: int) -> Iterator[Any]:
+        """Return the relit frames from one number to another, in order; several are worked on at once."""
+        space, together = self._lights.space, available()
+
+        def work(given: tuple[int, Any, Any]) -> Any:
+            return self._relit(*given, space)
+
+        with limit(1), pool(together) as run:
+            for start in range(first, last, together * _AHEAD):
+                numbers = range(start, min(start + together * _AHEAD, last))
+                given = [(number, self._cursor(number), self._light(number)) for number in numbers]
+                yield from run(work, given)
+                self._tell(Progress("Relighting", numbers.stop, len(self._track)))
+
+    def _light(self, number: int) -> Any:
+        return self._lights.at(number) if self._track.shares[number] > 0 else None
+
+    def _relit(self, number: int, picture: Any, light: Any, space: Any) -> Any:
+        if light is None:
+            return picture
+        pixels = to_rgb(picture)
+        landmarks = self._steady.landmarks(number)
+        share = float(self._track.shares[number])
+        after = relit(pixels, landmarks, self._frame, light, share, space, self._options)
+        return put_change(picture, pixels, after)
+
+
+def _check(path: str, output: str, part: Part, options: TransferOptions) -> None:
+    first, last = part
+    if first is not None and first < 0:
+        raise OptionError(f"from: expected 0 s or more, got {first:g}")
+    if last is not None and last <= (first or 0):
+        raise OptionError(f"to: expected more than {first or 0:g} s, where it begins, got {last:g}")
+    if not options.mask:
+        raise OptionError("mask: a video is relit with it; leave --no-mask out")
+    if Path(output).exists() and Path(path).exists() and Path(output).samefile(path):
+        raise OutputError(f"{output}: is the video itself; choose another name")
+
+
+def _passing(step: str, total: float, tell: Callable[[Progress], None]) -> Callable[[float], None]:
+    return lambda seconds: tell(Progress(step, seconds, total))
+
+
+def _length(clip: Clip, part: Part) -> float:
+    last = clip.seconds or 0.0
+    return max(min(part[1] or last, last) - (part[0] or 0.0), 0.0)
+
+
+def _stamp(path: str) -> list[Any]:
+    told = Path(path).stat()
+    return [str(Path(path).resolve()), told.st_size, told.st_mtime_ns]
+
+
+def _print_of(photo: Any) -> str:
+    pixels = np.ascontiguousarray(photo.pixels if hasattr(photo, "pixels") else photo)
+    return hashlib.sha256(pixels.tobytes()).hexdigest()
+
+
+def _put(made: Path, output: Path, overwrite: bool) -> None:
+    """Give the film its name, unless something has it."""
+    check_free(output, overwrite=overwrite)
+    made.replace(output.resolve() if overwrite else output)
