@@ -20,7 +20,7 @@ from relit.settings.studio_lights import studio_light
 from relit.video.clip import Cursor
 from relit.video.face_frame import FaceFrame
 from relit.video.pixels import to_rgb
-from relit.video.smoothing import REACH, line_weights
+from relit.video.smoothing import REACH, curve_weights
 from relit.video.steady import Steady
 
 if TYPE_CHECKING:
@@ -187,7 +187,7 @@ class Lights:
     def _smoothed(self, key: int) -> Plane:
         near, times = self._around(key), self._track.times
         trust = np.maximum(self._track.shares[near], _LEAST_TRUST)
-        weights = line_weights(times[near], float(times[key]), self._sigma, trust).astype(np.float32)
+        weights = curve_weights(times[near], float(times[key]), self._sigma, trust).astype(np.float32)
         made = np.zeros_like(self._made[key])
         for weight, one in zip(weights, near.tolist(), strict=True):
             made += weight * self._made[one]

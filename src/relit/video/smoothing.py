@@ -1,8 +1,8 @@
-"""Smoothing over time without lag: each value is read off a line through those before and after it.
+"""Smoothing over time without lag: each value is read off a curve through those before and after it.
 
-At a time, a line is fitted by weighted least squares, and its value there is taken. What is constant stays
-so, and what moves evenly is neither late nor early, at a shot's ends too, and where frames come unevenly
-(a local linear regression [1]_).
+At a time, a line or a parabola is fitted by weighted least squares, and its value there is taken. What is
+constant stays so, and what moves evenly is neither late nor early, at a shot's ends too, and where frames
+come unevenly (a local regression [1]_).
 
 References
 ----------
@@ -23,10 +23,13 @@ if TYPE_CHECKING:
 
 #: How many standard deviations the weights reach.
 REACH = 3.0
+#: Of the moments of the times that count, in standard deviations: where it is less, they are too few or too
+#: near one another for a curve of that degree.
+_LEAST_DET = 1e-9
 
 
-def line_weights(times: Floats, at: float, sigma: float, trust: Floats) -> Floats:
-    """Return the weights by which values at some times give the value of a line through them at one time.
+def curve_weights(times: Floats, at: float, sigma: float, trust: Floats, degree: int = 1) -> Floats:
+    """Return the weights by which values at some times give the value of a curve through them at one time.
 
     Parameters
     ----------
@@ -38,6 +41,9 @@ def line_weights(times: Floats, at: float, sigma: float, trust: Floats) -> Float
         Standard deviation of the Gaussian that weighs them, in s.
     trust : (n,) array
         How much each value counts, besides; one at least has to count.
+    degree : int
+        Of the polynomial: 1 is a line, which is late where what moves speeds up, by half the acceleration
+        times sigma²; 2 is not. It is less where too few values count.
 
     Returns
     -------
@@ -47,20 +53,21 @@ def line_weights(times: Floats, at: float, sigma: float, trust: Floats) -> Float
     Examples
     --------
     >>> times = np.arange(5.0)
-    >>> weights = line_weights(times, 4.0, 1.0, np.ones(5))
+    >>> weights = curve_weights(times, 4.0, 1.0, np.ones(5))
     >>> float((weights * (3 * times + 1)).sum().round(9))
     13.0
     """
-    away = np.asarray(times, np.float64) - at
-    weights = trust * np.exp(-0.5 * (away / sigma) ** 2)
+    away = (np.asarray(times, np.float64) - at) / sigma
+    weights = trust * np.exp(-0.5 * away**2)
     if not weights.sum() > 0:
         weights = np.zeros(len(away))
         weights[np.argmin(np.where(trust > 0, np.abs(away), np.inf))] = 1
-    total = weights.sum()
-    first, second = weights @ away / total, weights @ away**2 / total
-    if second - first**2 <= 1e-9 * sigma**2:
-        return np.asarray(weights / total)
-    return np.asarray(weights * (second - first * away) / (total * (second - first**2)))
+    powers = away[:, None] ** np.arange(degree + 1)
+    moments = np.einsum("ni,n,nj->ij", powers, weights, powers) / weights.sum()
+    while np.linalg.det(moments) <= _LEAST_DET:
+        moments = moments[:-1, :-1]
+    first = np.linalg.solve(moments, np.eye(len(moments))[0])
+    return np.asarray(weights * (powers[:, : len(first)] @ first) / weights.sum())
 
 
 def filled(valid: NDArray[np.bool_], times: Floats, longest: float) -> NDArray[np.bool_]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from relit.face.landmarks import Landmarks
 from relit.video.face_frame import IOD, inverse, moved
-from relit.video.smoothing import REACH, line_weights
+from relit.video.smoothing import REACH, curve_weights
 from relit.warp.similarity import Similarity, fit_similarity
 
 if TYPE_CHECKING:
@@ -22,10 +22,11 @@ if TYPE_CHECKING:
     from relit.video.face_frame import FaceFrame
     from relit.video.tracking import Track
 
-# Standard deviations in s, short and long, by which it is smoothed how a face lies, and its shape.
-_LYING, _SHAPE = (0.06, 0.3), (0.12, 0.4)
+# Standard deviations in s, short and long, by which it is smoothed how a face lies, and its shape; over the
+# short one by parabolas, over which a fast head is not late.
+_LYING, _SHAPE = (0.1, 0.3), (0.2, 0.4)
 # Interocular distances that the two may lie apart by jitter, and from where on the short one counts alone: on
-# a still portrait with a camera's noise (2 grey levels) they are 0.001 apart.
+# a still portrait with a camera's noise (2 grey levels) they are 0.0002 apart at the median, 0.001 at most.
 _JITTER, _MOTION = 0.003, 0.01
 _KEPT = 256  # frames: the longest of these reach 3 s at 60 frames a second
 
@@ -57,7 +58,8 @@ class Steady:
         times, trust = track.times[near], track.presence[near].astype(np.float64)
 
         def over(sigma: float, values: list[NDArray[np.float64]]) -> NDArray[np.float64]:
-            weights = line_weights(times, at, sigma, trust)
+            degree = 2 if sigma in (_LYING[0], _SHAPE[0]) else 1
+            weights = curve_weights(times, at, sigma, trust, degree)
             return np.asarray(
                 sum(weight * one for weight, one in zip(weights, values, strict=True) if weight)
             )
