@@ -15,14 +15,14 @@ from pathlib import Path
 
 import pytest
 
-from relit.batch.alone import alone_at
 from relit.batch.work import _write
 from relit.errors import OutputError
+from relit.photo.alone import alone_at
 from tests.batch.runs import results, tree  # noqa: F401 (a fixture)
 from tests.command import the_line
 
 HOLD = (
-    "import sys, pathlib; from relit.batch.alone import alone_at\n"
+    "import sys, pathlib; from relit.photo.alone import alone_at\n"
     "with alone_at('out', pathlib.Path(sys.argv[1])): print(flush=True); sys.stdin.read()"
 )
 
@@ -79,7 +79,7 @@ class TestLock:
 
 WORD = (
     r"relit: error: out: another run is at work here( \(process \d+ on [\w.-]+\))?; "
-    "wait for it, or choose another folder"
+    "wait for it, or choose another place"
 )
 
 
@@ -163,7 +163,7 @@ def test_threads_of_one_process_keep_out_of_one_anothers_way(tmp_path):
 def test_a_child_does_not_keep_the_lock(tmp_path):
     """As workers must not, or a killed run would leave its folder locked until they end."""
     code = (
-        "import os, sys, pathlib, subprocess; from relit.batch.alone import alone_at\n"
+        "import os, sys, pathlib, subprocess; from relit.photo.alone import alone_at\n"
         "with alone_at('out', pathlib.Path(sys.argv[1])):\n"
         "    child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(30)'])\n"
         "    print(child.pid, flush=True); os.kill(os.getpid(), 9)\n"

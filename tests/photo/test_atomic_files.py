@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from relit.errors import OutputError
-from relit.photo.atomic_files import save_atomically
+from relit.photo import atomic_files
+from relit.photo.atomic_files import put_in_place, save_atomically
 
 
 def names(folder: Path) -> list[str]:
@@ -162,3 +163,39 @@ def test_of_several_writers_at_once_one_wins(tmp_path):
         thread.join()
     assert [(tmp_path / "a.bin").read_bytes()] == saved
     assert names(tmp_path) == ["a.bin"]
+
+
+class TestPutInPlace:
+    """A file that lies there already, as a film does, gets its name."""
+
+    @pytest.fixture
+    def made(self, tmp_path):
+        path = tmp_path / "made"
+        path.write_bytes(b"film")
+        return path
+
+    def test_its_name_is_the_new_one_alone(self, tmp_path, made):
+        put_in_place(made, tmp_path / "film.mp4")
+        assert [path.name for path in tmp_path.iterdir()] == ["film.mp4"]
+        assert (tmp_path / "film.mp4").read_bytes() == b"film"
+
+    def test_what_came_there_meanwhile_is_kept(self, tmp_path, made, monkeypatch):
+        path = tmp_path / "film.mp4"
+        name = atomic_files._name
+
+        def late(*given):
+            path.write_bytes(b"another's")
+            name(*given)
+
+        monkeypatch.setattr(atomic_files, "_name", late)
+        with pytest.raises(OutputError, match="exists already"):
+            put_in_place(made, path)
+        assert (path.read_bytes(), made.read_bytes()) == (b"another's", b"film")
+
+    def test_a_link_that_may_be_overwritten_stays(self, tmp_path, made):
+        real, link = tmp_path / "real.mp4", tmp_path / "link.mp4"
+        real.write_bytes(b"old")
+        link.symlink_to(real)
+        put_in_place(made, link, overwrite=True)
+        assert link.is_symlink()
+        assert real.read_bytes() == b"film"

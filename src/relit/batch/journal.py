@@ -14,9 +14,9 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from relit.batch.alone import alone_at
 from relit.batch.jobs import File, Outcome
 from relit.errors import OutputError
+from relit.photo.alone import alone_at
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from relit._version import VERSION
 from relit.batch import places
-from relit.batch.alone import alone_at
 from relit.batch.clashes import check_names
 from relit.batch.jobs import KINDS, Outcome
 from relit.batch.journal import Journal
@@ -21,6 +20,7 @@ from relit.batch.naming import STATE, Naming
 from relit.batch.results import check_table, write_record, write_table
 from relit.batch.work import do, is_settled
 from relit.errors import OptionError, OutputError, WorkerLostError
+from relit.photo.alone import alone_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

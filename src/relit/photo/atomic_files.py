@@ -53,6 +53,40 @@ def save_atomically(path: Path, data: bytes, *, overwrite: bool = False) -> None
         _save(path.resolve() if overwrite else path, data, overwrite)
 
 
+def put_in_place(made: Path, path: Path, *, overwrite: bool = False) -> None:
+    """Give a file that is whole, and lies on the same disk, the name by which it is to be found.
+
+    Parameters
+    ----------
+    made : Path
+        A file, which has no other name afterwards.
+    path : Path
+        Its name. A symbolic link that may be overwritten is followed, and stays.
+    overwrite : bool, optional
+        Whether a file that exists may be replaced.
+
+    Raises
+    ------
+    OutputError
+        As `save_atomically`. The file keeps its name then.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     made = Path(folder, "made")
+    ...     _ = made.write_bytes(b"light")
+    ...     put_in_place(made, Path(folder, "film.mp4"))
+    ...     [path.name for path in Path(folder).iterdir()]
+    ['film.mp4']
+    """
+    check_free(path, overwrite=True)
+    with _as_output_errors(path):
+        _name(made, path.resolve() if overwrite else path, overwrite)
+        made.unlink(missing_ok=True)
+
+
 def check_free(path: Path, *, overwrite: bool = False) -> None:
     """Refuse a path that `save_atomically` would refuse, before any work goes into the data.
 
@@ -96,12 +130,16 @@ def _save(path: Path, data: bytes, overwrite: bool) -> None:
             stream.write(data)
             stream.flush()
             os.fsync(stream.fileno())
-        if overwrite:
-            temporary.replace(path)
-        else:
-            _claim(path, temporary)
+        _name(temporary, path, overwrite)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _name(made: Path, path: Path, overwrite: bool) -> None:
+    if overwrite:
+        made.replace(path)
+    else:
+        _claim(path, made)
 
 
 def _claim(path: Path, temporary: Path) -> None:

@@ -17,18 +17,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from relit.errors import OptionError, OutputError
-from relit.photo.atomic_files import check_free
+from relit.photo.atomic_files import check_free, put_in_place
 from relit.runtime.opencv import one_opencv_thread
 from relit.runtime.threads import available, limit, pool
-from relit.video.clip import Cursor, look_at
+from relit.video.clip import look_at
 from relit.video.encoding import Settings, encode
-from relit.video.face_frame import FaceFrame
 from relit.video.joining import join
 from relit.video.lights import Lights, Moving, Still
 from relit.video.pixels import put_change, to_rgb
 from relit.video.rendering import relit
 from relit.video.state import kept_state
-from relit.video.steady import Steady
+from relit.video.tracked_clip import TrackedClip
 from relit.video.tracking import track
 
 if TYPE_CHECKING:
@@ -37,7 +36,6 @@ if TYPE_CHECKING:
     from relit.face.landmarks import Landmarks
     from relit.settings.options import TransferOptions
     from relit.video.clip import Clip
-    from relit.video.tracking import Track
 
     Part = tuple[float | None, float | None]
 
@@ -132,29 +130,30 @@ def relight_video(
     clip = look_at(path)
     other = look_at(reference_video) if reference_video else None
     settings = Settings.of(output, clip, codec, crf)
-    check_free(Path(output), overwrite=overwrite)
+    # A link that may be overwritten is followed at once: what is kept lies on the disk of the film.
+    place = Path(output).resolve() if overwrite else Path(output)
+    check_free(place, overwrite=overwrite)
     given = [path, part, face, asdict(options), asdict(settings), reference_video, loops]
     given += [_print_of(one) for one in references] + [_stamp(one) for one in (path, reference_video) if one]
-    with kept_state(Path(output), given) as folder:
-        tracked = track(clip, *part, face, folder, _passing("Tracking", _length(clip, part), tell))
-        frame = FaceFrame.of(tracked)
-        steady = Steady(tracked, frame)
+    with kept_state(place, given) as folder:
+        telling = _passing("Tracking", _length(clip, part), tell)
+        tracked = TrackedClip.of(clip, part, track(clip, *part, face, folder, telling))
         source: Still | Moving = Still(list(references), list(reference_landmarks))
         if other:
             beside = folder / "reference"
             beside.mkdir(exist_ok=True)
             telling = _passing("Tracking the reference", other.seconds or 0.0, tell)
-            source = Moving(other, track(other, None, None, 0, beside, telling), loops=loops)
-        lights = Lights(clip, part, tracked, frame, steady, source, options)
-        film = _Rendering(clip, part, tracked, frame, steady, lights, options, settings, tell)
-        segments = film.segments(folder)
-        made = folder / f"film{Path(output).suffix.lower()}"
-        lost = join(made, segments, tracked.pts.tolist(), settings, clip, part)
-        _put(made, Path(output), overwrite)
+            theirs = track(other, None, None, 0, beside, telling)
+            source = Moving(TrackedClip.of(other, (None, None), theirs), loops=loops)
+        lights = Lights(tracked, source, options)
+        segments = _Rendering(tracked, lights, options, settings, tell).segments(folder)
+        made = folder / f"film{place.suffix.lower()}"
+        lost = join(made, segments, tracked.track.pts.tolist(), settings, clip, part)
+        put_in_place(made, place, overwrite=overwrite)
     return Film(
-        frames=len(tracked),
-        lit=int((tracked.shares > 0).sum()),
-        shots=len(tracked.starts),
+        frames=len(tracked.track),
+        lit=int((tracked.track.shares > 0).sum()),
+        shots=len(tracked.track.starts),
         confidence=lights.confidence,
         not_kept=lost,
     )
@@ -165,29 +164,25 @@ class _Rendering:
 
     def __init__(
         self,
-        clip: Clip,
-        part: Part,
-        tracked: Track,
-        frame: FaceFrame,
-        steady: Steady,
+        tracked: TrackedClip,
         lights: Lights,
         options: TransferOptions,
         settings: Settings,
         tell: Callable[[Progress], None],
     ) -> None:
-        self._track, self._frame, self._steady, self._lights = tracked, frame, steady, lights
-        self._clip, self._part, self._settings, self._tell = clip, part, settings, tell
-        self._options, self._cursor = options, Cursor(clip, *part)
+        self._tracked, self._lights, self._options = tracked, lights, options
+        self._settings, self._tell, self._cursor = settings, tell, tracked.cursor()
 
     def segments(self, folder: Path) -> list[Path]:
         """Make all segments that are not there yet."""
         paths = []
-        for first in range(0, len(self._track), _SEGMENT):
-            last = min(first + _SEGMENT, len(self._track))
+        count = len(self._tracked.track)
+        for first in range(0, count, _SEGMENT):
+            last = min(first + _SEGMENT, count)
             paths.append(folder / f"{first:09}.segment")
             if not paths[-1].exists():
                 self._lights.prepare(first, last)
-                encode(paths[-1], self._frames(first, last), self._settings, self._clip)
+                encode(paths[-1], self._frames(first, last), self._settings, self._tracked.clip)
         return paths
 
     def _frames(self, first: int, last: int) -> Iterator[Any]:
@@ -202,18 +197,18 @@ class _Rendering:
                 numbers = range(start, min(start + together * _AHEAD, last))
                 given = [(number, self._cursor(number), self._light(number)) for number in numbers]
                 yield from run(work, given)
-                self._tell(Progress("Relighting", numbers.stop, len(self._track)))
+                self._tell(Progress("Relighting", numbers.stop, len(self._tracked.track)))
 
     def _light(self, number: int) -> Any:
-        return self._lights.at(number) if self._track.shares[number] > 0 else None
+        return self._lights.at(number) if self._tracked.track.shares[number] > 0 else None
 
     def _relit(self, number: int, picture: Any, light: Any, space: Any) -> Any:
         if light is None:
             return picture
         pixels = to_rgb(picture)
-        landmarks = self._steady.landmarks(number)
-        share = float(self._track.shares[number])
-        after = relit(pixels, landmarks, self._frame, light, share, space, self._options)
+        landmarks = self._tracked.steady.landmarks(number)
+        share = float(self._tracked.track.shares[number])
+        after = relit(pixels, landmarks, self._tracked.frame, light, share, space, self._options)
         return put_change(picture, pixels, after)
 
 
@@ -246,9 +241,3 @@ def _stamp(path: str) -> list[Any]:
 def _print_of(photo: Any) -> str:
     pixels = np.ascontiguousarray(photo.pixels if hasattr(photo, "pixels") else photo)
     return hashlib.sha256(pixels.tobytes()).hexdigest()
-
-
-def _put(made: Path, output: Path, overwrite: bool) -> None:
-    """Give the film its name, unless something has it."""
-    check_free(output, overwrite=overwrite)
-    made.replace(output.resolve() if overwrite else output)

@@ -17,18 +17,15 @@ from relit.photo.planes import PlaneSpace, plane_space
 from relit.relighting import transfer
 from relit.runtime.threads import available, limit, pool
 from relit.settings.studio_lights import studio_light
-from relit.video.clip import Cursor
-from relit.video.face_frame import FaceFrame
 from relit.video.pixels import to_rgb
 from relit.video.smoothing import REACH, curve_weights
-from relit.video.steady import Steady
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from relit.face.landmarks import Landmarks
     from relit.settings.options import TransferOptions
-    from relit.video.clip import Clip
+    from relit.video.tracked_clip import TrackedClip
     from relit.video.tracking import Track
 
     Plane = NDArray[np.float32]
@@ -78,13 +75,13 @@ class Moving:
 
     moving = True
 
-    def __init__(self, clip: Clip, track: Track, *, loops: bool) -> None:
-        self._track, self._loops = track, loops
-        self._cursor, self._steady = Cursor(clip, None, None), Steady(track, FaceFrame.of(track))
+    def __init__(self, tracked: TrackedClip, *, loops: bool) -> None:
+        self._track, self._steady, self._loops = tracked.track, tracked.steady, loops
+        self._cursor = tracked.cursor()
         # Where the reference's face is gone, the light stays what it was.
-        self._known = np.flatnonzero(track.shares > 0.5)
+        self._known = np.flatnonzero(self._track.shares > 0.5)
         if not self._known.size:
-            self._known = np.flatnonzero(track.presence > 0)
+            self._known = np.flatnonzero(self._track.presence > 0)
 
     def at(self, time: float) -> Reference:
         """Return the frame of a time."""
@@ -103,31 +100,17 @@ class Lights:
 
     Parameters
     ----------
-    clip : Clip
-    part : (float or None, float or None)
-        From when to when the clip was tracked.
-    track : Track
-    frame : FaceFrame
-    steady : Steady
+    tracked : TrackedClip
     source : Source
     options : TransferOptions
     """
 
-    def __init__(
-        self,
-        clip: Clip,
-        part: tuple[float | None, float | None],
-        track: Track,
-        frame: FaceFrame,
-        steady: Steady,
-        source: Source,
-        options: TransferOptions,
-    ) -> None:
-        self._track, self._frame, self._source, self._options = track, frame, source, options
-        self._steady = steady
+    def __init__(self, tracked: TrackedClip, source: Source, options: TransferOptions) -> None:
+        self._track, self._frame, self._steady = tracked.track, tracked.frame, tracked.steady
+        self._source, self._options = source, options
         self._every, self._sigma = _MOVING if source.moving else _STILL
-        self.keys = _key_frames(track, self._every)
-        self._cursor = Cursor(clip, *part)
+        self.keys = _key_frames(self._track, self._every)
+        self._cursor = tracked.cursor()
         self._made: dict[int, Plane] = {}
         self.confidence = 1.0
         self._smooth = lru_cache(maxsize=4)(self._smoothed)

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import json
 import shutil
-from contextlib import contextmanager
-from pathlib import Path
+from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
-from filelock import FileLock, Timeout
-
 from relit.errors import ImageError, LandmarkError, OptionError, OutputError
+from relit.photo.alone import alone_at
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
 
 @contextmanager
@@ -29,29 +28,30 @@ def kept_state(output: Path, given: Any) -> Iterator[Path]:
         If another process is at work on the film, or the folder cannot be made.
     """
     folder = output.with_name(f".{output.name}.relit-video")
-    note, told = folder / "given.json", json.dumps(given, default=str, sort_keys=True)
-    lock = FileLock(folder.with_name(f"{folder.name}.lock"))
-    try:
-        lock.acquire(timeout=0)
-    except Timeout:
-        raise OutputError(
-            f"{output}: another run is at work on this film; wait for it, or choose another name"
-        ) from None
-    except OSError as error:
-        raise OutputError(f"{output}: cannot be written ({error.strerror}); choose another place") from error
-    try:
-        if folder.exists() and (not note.exists() or note.read_text("utf-8") != told):
-            shutil.rmtree(folder)
-        folder.mkdir(exist_ok=True)
-        note.write_text(told, "utf-8")
-        yield folder
+    with ExitStack() as held:
+        with suppress(NotImplementedError):  # the disk knows no locks
+            lock = folder.with_name(f"{folder.name}.lock")
+            held.enter_context(alone_at(output, lock, leaves_lock=False))
+        try:
+            _begin(folder, json.dumps(given, default=str, sort_keys=True))
+        except OSError as error:
+            reason = error.strerror or error
+            raise OutputError(f"{folder}: cannot be written ({reason}); choose another place") from error
+        try:
+            yield folder
+        except BaseException as error:
+            # What was done is worth keeping, unless the same would go wrong again.
+            again = isinstance(error, ImageError | LandmarkError | OptionError)
+            if again or not (folder / "track.npz").exists():
+                shutil.rmtree(folder, ignore_errors=True)
+            raise
+        shutil.rmtree(folder, ignore_errors=True)  # the film is whole, whatever stays here
+
+
+def _begin(folder: Path, told: str) -> None:
+    """Make the folder, without what is in it of other settings."""
+    note = folder / "given.json"
+    if folder.exists() and (not note.exists() or note.read_text("utf-8", "replace") != told):
         shutil.rmtree(folder)
-    except BaseException as error:
-        # What was done is worth keeping, unless the same would go wrong again.
-        again = isinstance(error, ImageError | LandmarkError | OptionError)
-        if again or not (folder / "track.npz").exists():
-            shutil.rmtree(folder, ignore_errors=True)
-        raise
-    finally:
-        lock.release()
-        Path(lock.lock_file).unlink(missing_ok=True)
+    folder.mkdir(exist_ok=True)
+    note.write_text(told, "utf-8")

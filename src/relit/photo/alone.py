@@ -19,11 +19,21 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def alone_at(place: Path | str, lock: Path) -> Iterator[None]:
+def alone_at(place: Path | str, lock: Path, *, leaves_lock: bool = True) -> Iterator[None]:
     """Keep other runs out of a place, by a lock that the system frees when this process dies in any way.
 
     Nothing is told by the time of day or by whether a process of some number lives, which may be another by
     now: where the lock is free, nobody is there, whatever the note beside it says.
+
+    Parameters
+    ----------
+    place : Path or str
+        What messages call it.
+    lock : Path
+        The file that is locked. Its folder is made.
+    leaves_lock : bool, optional
+        Whether the file stays. Where it goes, two runs that start in the instant in which a third ends, one
+        just before and one just after the file went, both find themselves alone.
 
     Raises
     ------
@@ -38,7 +48,7 @@ def alone_at(place: Path | str, lock: Path) -> Iterator[None]:
         held.acquire(timeout=0)
     except Timeout:
         raise OutputError(
-            f"{place}: another run is at work here{_who(note)}; wait for it, or choose another folder"
+            f"{place}: another run is at work here{_who(note)}; wait for it, or choose another place"
         ) from None
     except OSError as error:
         reason = error.strerror or error
@@ -47,10 +57,13 @@ def alone_at(place: Path | str, lock: Path) -> Iterator[None]:
         with suppress(OutputError):  # of a full disk: it only tells
             save_atomically(note, f"{os.getpid()} {socket.gethostname()}".encode(), overwrite=True)
         yield
+    finally:
         with suppress(OSError):
             note.unlink(missing_ok=True)
-    finally:
         held.release()
+        if not leaves_lock:
+            with suppress(OSError):  # of Windows, where another has it open by now
+                lock.unlink(missing_ok=True)
 
 
 def _who(note: Path) -> str:
