@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from relit.video.clip import look_at, missing_end
 from tests.video.clips import TAGS, frames, make, moving
 
 
@@ -80,3 +81,17 @@ def test_a_film_and_its_sheet(clips, run):
     assert len(frames(clips / "out.mp4")) == 3
     with Image.open(clips / "sheet.png") as sheet:
         assert sheet.size == (3 * 128, 2 * 128)
+
+
+@pytest.mark.slow
+def test_a_file_that_is_cut_off_is_told(clips, run):
+    make(clips / "whole.mkv", moving(30), options={"g": "1"})
+    assert missing_end(look_at(str(clips / "whole.mkv"))) == 0
+    data = (clips / "whole.mkv").read_bytes()
+    (clips / "cut.mkv").write_bytes(data[: len(data) // 2])
+    done = run("video cut.mkv --light loop -o out.mkv --json")
+    told = json.loads(done.out)
+    shown = len(frames(clips / "out.mkv"))
+    assert shown == told["frames"] < 18
+    assert told["missing_seconds"] == pytest.approx((30 - shown) / 25, abs=0.05)
+    assert f"cut.mkv: ends {told['missing_seconds']:.1f} s sooner than it says" in done.err

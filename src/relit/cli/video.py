@@ -154,6 +154,12 @@ def video(
         from relit.video.sheet import contact_sheet
 
         write_image(sheet, contact_sheet(clip, output, (first, last), film.frames), overwrite=force)
+    if film.missing_seconds and not is_quiet():
+        click.echo(
+            f"relit: warning: {clip}: ends {film.missing_seconds:.1f} s sooner than it says; if the file is "
+            "cut off, relight a whole one",
+            err=True,
+        )
     warn_of_confidence(film.confidence)
     warn_of_losses(output, film.not_kept)
     say(f"{film.frames} frames, {film.lit} of them relit, in {film.shots} shots")
@@ -169,6 +175,7 @@ def video(
         shots=film.shots,
         confidence=film.confidence,
         not_kept=film.not_kept,
+        missing_seconds=film.missing_seconds,
         seconds={"all": time.monotonic() - begun},
         options=asdict(settings),
     )
@@ -198,7 +205,10 @@ def _told() -> Iterator[Callable[[Progress], None]]:
             rest = left(now)
             if time.monotonic() - begun["told"] >= _EVERY:
                 begun["told"] = time.monotonic()
-                click.echo(f"relit: {now.step.lower()}: {now.done:.0f} of {now.total:.0f}, {rest}", err=True)
+                click.echo(
+                    f"relit: {now.step.lower()}: {now.done:.0f} of {now.total:.0f}{rest and f', {rest}'}",
+                    err=True,
+                )
 
         yield line
         return

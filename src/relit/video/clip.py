@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 SUFFIXES = (".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".mxf", ".mpg", ".mpeg", ".ts", ".m2ts", ".ogv")
 
 _WIDE = {16: "PQ", 18: "HLG"}  # transfer characteristics of ITU-T H.273 that no photo has
+_SHORT = (
+    0.5  # s by which whole files may be shorter than they say: packets that do not tell how long they last
+)
 _LEAST = 16  # px
 # A picture of a cover lies in a file as a video of one frame.
 _COVER = 0x400
@@ -190,6 +193,23 @@ def frames(clip: Clip, first: float | None = None, last: float | None = None) ->
             if frame.interlaced_frame:
                 raise ImageError(f"{clip.path}: is interlaced; deinterlace it first")
             yield frame
+
+
+def missing_end(clip: Clip) -> float:
+    """Return by how many s a clip is shorter than its head says, as where its file is cut off; or 0.
+
+    Formats whose head says nothing, as MPEG-TS, are as long as what is there.
+    """
+    if clip.seconds is None:
+        return 0.0
+    end = 0.0
+    with opened(clip.path) as container:
+        begin = (container.start_time or 0) / 1e6
+        for packet in container.demux():
+            if packet.pts is not None and packet.time_base:
+                end = max(end, float((packet.pts + (packet.duration or 0)) * packet.time_base) - begin)
+    short = clip.seconds - end
+    return short if short > _SHORT else 0.0
 
 
 class Cursor:

@@ -20,7 +20,7 @@ from relit.errors import OptionError, OutputError
 from relit.photo.atomic_files import check_free, put_in_place
 from relit.runtime.opencv import one_opencv_thread
 from relit.runtime.threads import available, limit, pool
-from relit.video.clip import look_at
+from relit.video.clip import look_at, missing_end
 from relit.video.encoding import Settings, encode
 from relit.video.joining import join
 from relit.video.lights import Lights, Moving, Still
@@ -66,6 +66,8 @@ class Film:
         The least of the key frames': as of `TransferResult.confidence`.
     not_kept : list of str
         What of the clip the film does not hold.
+    missing_seconds : float
+        By how many s the clip is shorter than it says, as a file is that was cut off; 0 for a whole one.
     """
 
     frames: int
@@ -73,6 +75,7 @@ class Film:
     shots: int
     confidence: float
     not_kept: list[str]
+    missing_seconds: float
 
 
 @one_opencv_thread()
@@ -156,6 +159,7 @@ def relight_video(
         shots=len(tracked.track.starts),
         confidence=lights.confidence,
         not_kept=lost,
+        missing_seconds=missing_end(clip) if part[1] is None else 0.0,
     )
 
 
