@@ -248,6 +248,26 @@ def test_many_photos_become_a_film_strip_that_is_saved_together(visit, photos, t
     assert list(api(page, "/references")[1]) == []
 
 
+def test_a_film_strip_tells_what_the_format_does_not_keep(visit, photos, tmp_path):
+    page, files = visit(fit=False), [tmp_path / f"{k}.jpg" for k in range(3)]
+    for file in files:
+        with Image.open(photos[0]) as image:
+            image.convert("RGB").save(file, **({"comment": b"on the stairs"} if file is files[1] else {}))
+    drop(page, "#stage", *files)
+    page.wait_for_selector(".stage.filled")
+    settled(page)
+    page.select_option("#format", ".exr")
+    with page.expect_download() as download:
+        page.click("#film [data-do=all]")
+    assert download.value.path()
+    told = page.inner_text("#film [role=status]")
+    assert told.startswith("3 photos relit. This format does not keep ")
+    assert "text (Comment)" in told
+    titles = [button.get_attribute("title") for button in page.locator("#film li button").all()]
+    assert [bool(title) for title in titles] == [False, True, False]
+    assert titles[1].startswith("Saved without ")
+
+
 def test_a_photo_without_a_face_leads_to_the_fit_and_is_named(visit, tmp_path):
     page, wall = visit(fit=False), tmp_path / "wall.png"
     Image.new("RGB", (200, 200), "grey").save(wall)

@@ -6,7 +6,7 @@ import { zipped } from "./zip.js";
 /** Where the server keeps the photo of a film strip that is relit next. */
 export const BESIDE = "film";
 
-/** @typedef {{name: string, file: File, problem: string}} Frame */
+/** @typedef {{name: string, file: File, problem: string, lost: string[]}} Frame */
 
 export class FilmStrip extends EventTarget {
   /**
@@ -28,7 +28,7 @@ export class FilmStrip extends EventTarget {
 
   /** @param {File[]} files */
   add(files) {
-    this.frames.push(...files.map((file) => ({ name: file.name, file, problem: "" })));
+    this.frames.push(...files.map((file) => ({ name: file.name, file, problem: "", lost: [] })));
     this.#draw();
   }
 
@@ -60,17 +60,22 @@ export class FilmStrip extends EventTarget {
       bar.value = k;
       this.#say(`${k + 1} of ${this.frames.length}: ${frame.name}`);
       try {
-        made.push({ name: frame.name.replace(/(\.[^.]*)?$/, format), blob: await this.#relit(frame.file, options, format, signal) });
-        frame.problem = "";
+        const { file, lost } = await this.#relit(frame.file, options, format, signal);
+        made.push({ name: frame.name.replace(/(\.[^.]*)?$/, format), blob: file });
+        Object.assign(frame, { problem: "", lost });
       } catch (error) {
-        if (!signal.aborted) frame.problem = /** @type {Error} */ (error).message;
+        if (!signal.aborted) Object.assign(frame, { problem: /** @type {Error} */ (error).message, lost: [] });
       }
     }
     this.#busy(false);
     this.#draw();
     const bad = this.frames.filter(({ problem }) => problem).length;
+    const lost = [...new Set(this.frames.flatMap((frame) => frame.lost))];
     const ended = signal.aborted ? `Stopped after ${made.length} of ${this.frames.length}.` : `${made.length} photos relit.`;
-    this.#say(bad ? `${ended} ${bad} could not be: see the marks on them.` : ended);
+    const told = [ended];
+    if (bad) told.push(`${bad} could not be: see the marks on them.`);
+    if (lost.length) told.push(`This format does not keep ${lost.join(", ")}.`);
+    this.#say(told.join(" "));
     return made.length ? zipped(distinct(made)) : null;
   }
 
@@ -80,7 +85,7 @@ export class FilmStrip extends EventTarget {
     const { message } = await this.session.addReference(BESIDE, file);
     try {
       if (message) throw new Error(message);
-      return (await this.session.export({ options, format, target: BESIDE }, signal)).file;
+      return await this.session.export({ options, format, target: BESIDE }, signal);
     } finally {
       await this.session.removeReference(BESIDE);
     }
@@ -89,12 +94,13 @@ export class FilmStrip extends EventTarget {
   #draw() {
     this.root.hidden = this.frames.length < 2;
     this.list.replaceChildren(
-      ...this.frames.map(({ name, problem }, k) => {
+      ...this.frames.map(({ name, problem, lost }, k) => {
         const item = document.createElement("li");
-        const button = Object.assign(document.createElement("button"), { type: "button", textContent: name, title: problem });
+        const told = problem || (lost.length ? `Saved without ${lost.join(", ")}.` : "");
+        const button = Object.assign(document.createElement("button"), { type: "button", textContent: name, title: told });
         button.setAttribute("aria-current", String(k === this.chosen));
         button.classList.toggle("bad", Boolean(problem));
-        if (problem) button.setAttribute("aria-description", problem);
+        if (told) button.setAttribute("aria-description", told);
         button.addEventListener("click", () => this.choose(k));
         item.append(button);
         return item;
