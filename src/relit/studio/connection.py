@@ -64,6 +64,7 @@ class Connection(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Take a connection, or refuse one too many."""
         super().connection_made(transport)
+        transport.set_write_buffer_limits(0)  # `pause_writing` tells of whatever was not taken yet
         bounds, host = self._bounds, self.client[0] if self.client else ""
         address, us = plain(host), client_of({"client": self.client})
         many = address is not None and any(address in network for network in bounds.proxies)
@@ -104,14 +105,18 @@ class Connection(H11Protocol):
     def pause_writing(self) -> None:
         """Have an answer wait for its reader, as long as that one reads."""
         super().pause_writing()
-        self._unread = self.transport.get_write_buffer_size()
-        self._reading = self.loop.call_later(self._bounds.read_seconds, self._check_reading)
+        if not self._closed:
+            self._unread = self.transport.get_write_buffer_size()
+            self._reading = self.loop.call_later(self._bounds.read_seconds, self._check_reading)
+            self._time()
 
     def resume_writing(self) -> None:
         """Go on with an answer."""
         super().resume_writing()
         if self._reading:
             self._reading.cancel()
+            self._reading = None
+        self._time()
 
     def send_400_response(self, msg: str) -> None:
         """Answer what is no HTTP; with a broken body, an answer may be on its way already."""
@@ -123,12 +128,15 @@ class Connection(H11Protocol):
             self._cut("malformed")
 
     def _time(self) -> None:
-        """Give the client a deadline while it is its turn: to send a head, or the rest of a refused body."""
+        """Give the client a deadline while it is its turn: to send a head, or the rest of a refused body.
+
+        As long as it reads an answer, it is not: what it has not taken yet would be lost.
+        """
         if self._closed:
             return
         theirs = self.conn.their_state
         answered = self.cycle is not None and self.cycle.response_complete
-        if theirs is h11.IDLE or (theirs is h11.SEND_BODY and answered):
+        if not self._reading and (theirs is h11.IDLE or (theirs is h11.SEND_BODY and answered)):
             self._turn = self._turn or self.loop.call_later(self._bounds.head_seconds, self._late)
         elif self._turn:
             self._turn.cancel()
