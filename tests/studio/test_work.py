@@ -14,7 +14,7 @@ from relit.studio.work import Work
 def played(scene):
     """Run a scene in a thread of its own: the tests of the page have a loop running in the main one."""
     with ThreadPoolExecutor(1) as thread:
-        return thread.submit(asyncio.run, asyncio.wait_for(scene, 60)).result()
+        return thread.submit(asyncio.run, asyncio.wait_for(scene, 300)).result()
 
 
 class Tasks:
