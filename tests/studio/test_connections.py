@@ -1,12 +1,16 @@
 """No client keeps the server waiting, or from others; each of these on raw sockets."""
 
 import json
+import logging
 import re
 import shutil
 import socket
+import struct
 import subprocess
 import sys
+import threading
 import time
+from asyncio.selector_events import _SelectorSocketTransport
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 
@@ -85,14 +89,15 @@ def limits():
 
 
 @pytest.fixture
-def strangers(metrics, limits, capfd):
-    """Strangers to a server; whatever they do, it writes nothing to stderr."""
+def strangers(metrics, limits, capfd, caplog):
+    """Strangers to a server; whatever they do, it writes nothing to stderr, nor would by way of a log."""
     with (
         served(create_app(limits=limits, metrics=metrics), limits=limits, refused=metrics.refused) as client,
         ExitStack() as stack,
     ):
         yield Strangers(client.base_url.port, stack)
     assert capfd.readouterr().err == ""
+    assert [one.getMessage() for one in caplog.get_records("call") if one.levelno >= logging.WARNING] == []
 
 
 @pytest.mark.parametrize(
@@ -157,6 +162,25 @@ def test_a_head_that_does_not_end_is_given_up(strangers, begun, metrics):
             line.sendall(b"x")
     assert heard(line) == ([200] * begun.count(b"\r\n\r\n") + [408], "too_slow", True)
     assert b'relit_connections_refused_total{reason="slow_head"} 1.0' in metrics.text()
+
+
+def test_who_goes_while_he_is_told_why_is_no_failure(strangers, monkeypatch):
+    """Between what is said to him and its end."""
+    told, gone, write = threading.Event(), threading.Event(), _SelectorSocketTransport.write
+
+    def slowly(self, data):
+        write(self, data)
+        if data.startswith(b"HTTP/1.1 408 "):
+            told.set()
+            gone.wait(120)
+
+    monkeypatch.setattr(_SelectorSocketTransport, "write", slowly)
+    line = strangers.says(b"GET /hea")
+    assert told.wait(120)
+    line.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # with a reset
+    line.close()
+    gone.set()
+    assert answered(strangers.says(GET)) == 200
 
 
 def test_who_says_nothing_is_left(strangers):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from http import HTTPStatus
 from ipaddress import IPv4Network, IPv6Network
@@ -170,7 +171,8 @@ class Connection(H11Protocol):
             self.transport.close()
         else:
             # What comes until then is read: the system would answer it by taking back what was said.
-            self.transport.write_eof()
+            with suppress(OSError):  # it has gone since it was told
+                self.transport.write_eof()
             self._turn = self.loop.call_later(_TO_READ, self.transport.abort)
 
     def _cut(self, reason: str) -> None:
