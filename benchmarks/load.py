@@ -158,7 +158,7 @@ def load(clients: int, quiet: float, seconds: float, phases: Sequence[Sequence[s
             thread.join()
         peak = _peak(server.pid)
         server.terminate()
-        said = server.communicate(timeout=60)[1]
+        said = server.communicate(timeout=300)[1]
     if "Traceback" in said:
         tally.wrong.append(f"the server failed: {said[-1500:]}")
     if peak > BOUND:
