@@ -122,6 +122,12 @@ def video(
     films = [source for source in theirs if is_video(source.path)]
     if films and len(theirs) > 1:
         raise click.UsageError("Give one video as REFERENCE, or photos.")
+    if films and films[0].landmarks is not None:
+        raise click.UsageError(
+            "--reference-landmarks are those of a photo; leave it out of a video REFERENCE."
+        )
+    if reference_end == "loop" and not films:
+        raise click.UsageError("--reference-end loop is for a video REFERENCE; leave it out.")
     if "-" in (clip, output, *references):
         raise click.UsageError("A video cannot come from stdin or go to stdout; give files.")
     need_av()
@@ -142,6 +148,7 @@ def video(
             references=[photo for _, photo in photos],
             reference_landmarks=faces,
             reference_video=films[0].path if films else None,
+            reference_face=(films[0].face or 0) if films else 0,
             loops=reference_end == "loop",
             part=(first, last),
             face=face,
