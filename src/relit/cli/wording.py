@@ -24,8 +24,8 @@ _CALLED = {
     "second_reference": "--second-reference",
     "region_mask": "--region-mask",
     "interocular_distance": "--eye-distance",
-    "address": "--address",
-    **{name: f"--{name}" for name in ("from", "to", "codec", "crf")},
+    **{name: f"--{name}" for name in ("address", "from", "to", "codec", "crf", "host", "port")},
+    "token": "--token or RELIT_TOKEN",
 }
 _JSON = {"None": "nothing", "True": "true", "False": "false"}
 _KINDS = {
