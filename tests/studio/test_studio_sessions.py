@@ -34,8 +34,9 @@ class TestGuard:
             {"sec-fetch-site": "cross-site"},
             {"sec-fetch-site": "same-site"},
         ):
-            answer = client.post(f"{API}/sessions", headers=headers)
-            assert (answer.status_code, answer.json()["error"]["code"]) == (403, "forbidden")
+            for method, path in (("POST", f"{API}/sessions"), ("GET", f"{API}/options"), ("GET", "/")):
+                answer = client.request(method, path, headers=headers)
+                assert (answer.status_code, answer.json()["error"]["code"]) == (403, "forbidden")
         for headers in (
             {"host": "localhost:1234"},
             {"host": "[::1]:5"},
@@ -43,6 +44,7 @@ class TestGuard:
         ):
             answer = client.post(f"{API}/sessions", headers=headers)
             assert answer.status_code == 201
+            assert client.get(f"{API}/options", headers=headers).status_code == 200
 
     @pytest.mark.parametrize(
         "path", ["/", "/static/none.js", f"{API}/options", f"{API}/sessions/x/photos/target"]
@@ -67,7 +69,8 @@ class TestGuard:
             address = f"{API}/sessions/{client.post(f'{API}/sessions').json()['session']}"
             answer = client.put(f"{address}/photos/target", content=sample("target").read_bytes())
             assert answer.status_code == 400
-            assert "more than the 1000 px allowed" in answer.json()["error"]["message"]
+            said = "claims 512x512 px, more than the 1000 px allowed; save it smaller"
+            assert answer.json()["error"]["message"] == said
 
 
 class TestSessions:

@@ -114,7 +114,7 @@ class Session:
             If there is none: 404 where it is asked for itself, 409 where it is `needed` for something else.
         """
         if role not in self.portraits:
-            message = f"There is no {role} yet; drop a photo first."
+            message = f"There is no {role} yet; give it a photo first."
             raise StudioError(409 if needed else 404, "no_photo", message)
         return self.portraits[role]
 

@@ -80,7 +80,7 @@ class Sessions:
             self._end_expired()
             session = self._by_token.pop(token, None)
             if session is None:
-                raise StudioError(404, "not_found", "This session has ended; reload the page.")
+                raise StudioError(404, "not_found", "This session has ended; begin another one.")
             self._by_token[token] = session
             session.used = time.monotonic()
             return session
