@@ -78,6 +78,12 @@ class TestTagsOfATiff:
         assert not_kept("a.tif", photo) == ("TIFF tags (42112, 65000)",)
         assert tags_of(written(photo, "JPEG"))[PAGE_NAME] == "Seven"
 
+    def test_geotiff_that_is_odd_is(self):
+        odd = [(33550, 12, 3, (1.0, 2.0, 0.0), True), (34735, 4, 8, (1, 1, 0, 1, 1024, 0, 1, 1), True)]
+        photo = read(tiff(PLAIN, photometric="rgb", extratags=odd))
+        assert photo.metadata.geo == ()
+        assert not_kept("a.tif", photo) == ("TIFF tags (33550, 34735)",)
+
     @pytest.mark.parametrize(
         "options",
         [

@@ -16,7 +16,7 @@ import numpy as np
 from PIL.ExifTags import Base
 
 from relit.errors import ImageError
-from relit.photo.codecs.geotiff import add_geo, read_geo
+from relit.photo.codecs.geotiff import Geo, add_geo, read_geo
 from relit.photo.codecs.metadata import resolution
 from relit.photo.codecs.photoshop import iptc_of, split
 from relit.photo.codecs.tiff_tags import HEADER, directory_of, exif_of
@@ -48,7 +48,7 @@ def decode_tiff(stream: BinaryIO, check_size: CheckSize) -> Photo:
             raise ImageError("holds several pages; save one as a photo of its own")
         _check_page(page, check_size)
         samples = _samples(page)
-        metadata = replace(_metadata(stream, page), dpi=_resolution(page), geo=read_geo(page.tags))
+        metadata = replace(_metadata(stream, page, read_geo(page.tags)), dpi=_resolution(page))
         return Photo.from_samples(samples, _bytes(page, Base.InterColorProfile), metadata)
 
 
@@ -142,16 +142,17 @@ def _check_page(page: Any, check_size: CheckSize) -> None:
         check_size(page.tilewidth, page.tilelength, depth)
 
 
-def _metadata(stream: BinaryIO, page: Any) -> Metadata:
-    tags = page.tags
-    exif, lost = exif_of(stream, [tag.code for tag in tags], tags.valueof(Base.Orientation, default=1))
+def _metadata(stream: BinaryIO, page: Any, geo: Geo = ()) -> Metadata:
+    tags, kept = page.tags, {code for code, _ in geo}
+    orientation = tags.valueof(Base.Orientation, default=1)
+    exif, lost = exif_of(stream, [tag.code for tag in tags if tag.code not in kept], orientation)
     iptc, photoshop = split(_bytes(page, _PHOTOSHOP) or b"")
     alone = iptc_of(_bytes(page, _IPTC) or b"")
     # ImageMagick cuts the one that stands alone to a quarter.
     iptc = iptc if iptc and iptc.startswith(alone or b"") else alone
     left_out = (*lost, "Photoshop's layers") if _PHOTOSHOP_LAYERS in tags else lost
     xmp = _bytes(page, Base.XMLPacket)
-    return Metadata(exif, xmp, iptc=iptc, photoshop=photoshop, left_out=left_out)
+    return Metadata(exif, xmp, iptc=iptc, photoshop=photoshop, geo=geo, left_out=left_out)
 
 
 def _called(value: object) -> str:

@@ -26,11 +26,11 @@ _SHARED = {
     *(IFD.Exif, IFD.GPSInfo),
 }
 #: What tells how pixels lie in a file, what their colours are, and which pictures go with them, which is all
-#: told anew; the resolution, XMP, IPTC, Photoshop's resources and layers, the profile and GeoTIFF, which are
-#: kept or named for themselves; and what fills up a directory.
+#: told anew; the resolution, XMP, IPTC, Photoshop's resources and layers, and the profile, which are kept or
+#: named for themselves; and what fills up a directory.
 _ELSEWHERE = {
     *(*range(254, 269), 273, 274, *range(277, 285), *range(288, 302), *range(317, 348), *range(512, 533)),
-    *(700, 33550, 33723, 33922, 34264, 34377, 34675, 34735, 34736, 34737, 37724, 59932),
+    *(700, 33723, 34377, 34675, 37724, 59932),
 }
 
 
