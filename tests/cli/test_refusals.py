@@ -221,6 +221,7 @@ class TestRefusals:
                 "--eye-distance stands",
             ),
             ("relight target.png", "No such command 'relight'"),
+            (f"video clip.mp4 --light rim -o out.mp4 --from {10**400}:00", "is not a time, as 62.5"),
         ],
     )
     def test_usage(self, fail, command, message):

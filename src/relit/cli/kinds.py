@@ -34,12 +34,12 @@ FILE, FOLDER = Place("file"), Place("dir")
 
 
 class Count(_Whole):
-    """A whole number, of `least` or more."""
+    """A whole number, of `least` or more, and at most of `most`."""
 
     name = "number"
 
-    def __init__(self, least: int) -> None:
-        self.least = least
+    def __init__(self, least: int, most: int | None = None) -> None:
+        self.least, self.most = least, most
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
         """Return the number."""
@@ -47,8 +47,9 @@ class Count(_Whole):
             number = int(value)
         except ValueError:
             number = self.least - 1
-        if number < self.least:
-            self.fail(f"{value!r} is not a whole number of {self.least} or more.", param, ctx)
+        if number < self.least or (self.most is not None and number > self.most):
+            most = "or more" if self.most is None else f"to {self.most}"
+            self.fail(f"{value!r} is not a whole number of {self.least} {most}.", param, ctx)
         return number
 
 
@@ -71,6 +72,22 @@ class Amount(_Whole):
         return whole
 
 
+class Duration(_Seconds):
+    """A number of seconds above 0."""
+
+    name = "seconds"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the seconds."""
+        try:
+            seconds = float(value)
+        except ValueError:
+            seconds = 0.0
+        if not 0 < seconds < float("inf"):  # which nan is not either
+            self.fail(f"{value!r} is not a number of seconds above 0.", param, ctx)
+        return seconds
+
+
 class Moment(_Seconds):
     """A time in a video: seconds, or minutes and seconds, or hours too: 62.5, 1:02.5, 0:01:02.5."""
 
@@ -86,7 +103,7 @@ class Moment(_Seconds):
                 if not 0 <= number < (60 if place else float("inf")) or len(parts) > 3:
                     raise ValueError
                 seconds = 60 * seconds + number
-        except ValueError:
+        except (ValueError, OverflowError):
             self.fail(f"{value!r} is not a time, as 62.5 (seconds), 1:02.5 or 0:01:02.5.", param, ctx)
         return seconds
 
