@@ -162,7 +162,7 @@ class TestRefusals:
             ),
             ("landmarks target.png -o target.csv", "target.csv: exists already"),
             ("landmarks target.png -o no/such.csv", "no/such.csv: there is no folder no"),
-            ("landmarks target.png -o out.csv --overlay target.png", "target.png: exists already"),
+            ("landmarks target.png -o out.csv --overlay reference.png", "reference.png: exists already"),
         ],
     )
     def test_other_places(self, fail, command, message):

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from relit.cli.destinations import check_apart
 from relit.cli.groups import GroupedCommand, Option
 from relit.cli.kinds import FILE, FOLDER, Count
 from relit.cli.options import force_option, json_option, settings_of, transfer_options
@@ -178,6 +179,7 @@ def batch(
     if kind == "transfer" and manifest is None and (references is None) == (settings.light is None):
         raise click.UsageError("Give --references, or --light, and not both.")
     where = Places.of(output, journal, results)
+    check_apart(None, {"--results": [where.results], "--journal": [str(where.journal)]}, [manifest])
     cache = str(where.journal.parent / "cache") if cache_size else None
     todo = Batch(
         rows,

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from relit.cli.destinations import check_apart
 from relit.cli.kinds import FILE, Count, Number
 from relit.cli.options import (
     ALIGNMENT,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from relit.settings.options import TransferOptions
 
 _EVALUATED = ("method", "exposure", "tint", "neighborhood", "split_first", "mask", *ALIGNMENT)
+_PROTOCOL = "protocol.csv"  # in the folder, where none is named
 
 
 @click.command()
@@ -132,8 +134,11 @@ def evaluate(
     cases = _cases(source, protocol, chosen, heads)
     if not 0 <= number < len(cases):
         raise OptionError(f"--case: expected a number from 0 to {len(cases) - 1}, got {number}")
-    for suffix in (".json", ".csv") if output else ():
-        check_free(Path(f"{output}{suffix}"), overwrite=force)
+    tables = [f"{output}{suffix}" for suffix in (".json", ".csv")] if output else []
+    read = (str(source), str(protocol or source / _PROTOCOL))
+    check_apart(None, {"-o": tables, "--figure": [figure]}, read)
+    for table in tables:
+        check_free(Path(table), overwrite=force)
     if figure:
         check_destination(figure, overwrite=force)
     drawn = cases[number]
@@ -166,7 +171,7 @@ def _cases(source: Path, protocol: Path | None, chosen: str | None, heads: bool)
 
     if not source.is_dir():
         return triple_cases(source)
-    table = protocol or source / "protocol.csv"
+    table = protocol or source / _PROTOCOL
     return head_cases(table, chosen or "similar") if heads else protocol_cases(table, chosen or "quick")
 
 

@@ -1,25 +1,19 @@
-"""How a run ends: with pictures in a folder, or with one line on what went wrong."""
+"""How a run ends: with its exit code, and one line on what went wrong."""
 
 from __future__ import annotations
 
-import contextlib
 import os
 import sys
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from relit.cli.telling import printable
 from relit.cli.wording import in_flags
-from relit.errors import OptionError, OutputError, RelitError
-from relit.photo.atomic_files import check_free
-from relit.photo.writing import write_image
+from relit.errors import OptionError, RelitError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from numpy.typing import NDArray
+    from collections.abc import Callable
 
 
 def exit_code_of(command: Callable[[], int | None]) -> int:
@@ -45,42 +39,3 @@ def exit_code_of(command: Callable[[], int | None]) -> int:
 def _failed(message: str, code: int = 1) -> int:
     click.echo(f"relit: error: {printable(message)}", err=True)
     return code
-
-
-class PictureFolder:
-    """A folder for pictures of some names, refused before any work goes into them.
-
-    It is made when pictures are saved, if its parent exists. `output` is another file that is written, which
-    must not be one of the pictures.
-    """
-
-    def __init__(self, path: str, names: Sequence[str], force: bool, output: str = "-") -> None:
-        self.path, self.force = Path(path), force
-        self._was_there = self.path.is_dir()
-        if self._was_there:
-            for name in names:
-                check_free(self.path / name, overwrite=force)
-        elif self.path.exists():
-            raise OutputError(f"{path}: is not a folder; choose another name")
-        else:
-            check_free(self.path)
-        if output != "-" and Path(output).resolve() in [(self.path / name).resolve() for name in names]:
-            raise OutputError(f"{output}: is one of the pictures in {path} as well; choose another name")
-
-    def save(self, pictures: dict[str, NDArray[Any]]) -> list[str]:
-        """Write the pictures and return their paths; a folder that got none is not left behind."""
-        try:
-            self.path.mkdir(exist_ok=True)
-        except OSError as error:
-            raise OutputError(
-                f"{self.path}: this folder cannot be made ({error.strerror}); choose another"
-            ) from error
-        try:
-            for name, picture in pictures.items():
-                write_image(self.path / name, picture, overwrite=self.force)
-        except BaseException:
-            with contextlib.suppress(OSError):  # it was there before, or holds pictures by now
-                if not self._was_there:
-                    self.path.rmdir()
-            raise
-        return [str(self.path / name) for name in pictures]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
+from relit.cli.destinations import PictureFolder, check_apart
 from relit.cli.groups import GroupedCommand, Option
 from relit.cli.kinds import FILE, FOLDER
 from relit.cli.many import batch_command
@@ -35,7 +36,6 @@ from relit.cli.telling import (
     warn_of_folds,
     warn_of_losses,
 )
-from relit.cli.terminal import PictureFolder
 from relit.photo.writing import check_destination, write_image
 from relit.result_files import check_results_destination, not_kept_of, write_results
 from relit.runtime.allocator import keep_freed_memory
@@ -163,7 +163,12 @@ def transfer(
     if stages is not None:
         from relit.figures import STAGES
 
-        folder = PictureFolder(stages, [f"{name}.png" for name in (*STAGES, "sheet")], force, output)
+        folder = PictureFolder(stages, [f"{name}.png" for name in (*STAGES, "sheet")], force)
+    check_apart(
+        output,
+        {"--sheet": [sheet], "--changed": [changed], "--stages": folder.files if folder else ()},
+        (region_mask, config, *(file for one in (ours, *theirs, second) for file in one.files)),
+    )
     if sheet is not None:
         check_streams(sheet, as_json)
         check_destination(sheet, overwrite=force)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from relit.cli.destinations import check_apart
 from relit.cli.groups import GroupedCommand, Option
 from relit.cli.kinds import FILE, Count, Moment
 from relit.cli.options import face_options, force_option, json_option, settings_of, transfer_options
@@ -124,6 +125,7 @@ def video(
         raise click.UsageError("Give one video as REFERENCE, or photos.")
     if "-" in (clip, output, *references):
         raise click.UsageError("A video cannot come from stdin or go to stdout; give files.")
+    check_apart(output, {"--sheet": [sheet]}, (clip, *(file for source in theirs for file in source.files)))
     need_av()
     if sheet is not None:
         check_destination(sheet, overwrite=force)
