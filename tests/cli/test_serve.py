@@ -92,10 +92,13 @@ def test_without_a_token_only_when_that_is_said(started, run, monkeypatch):
             "--trusted-proxy: expected an address or a network, as 127.0.0.1 or 10.0.0.0/8",
         ),
         ("--host no.such.name.invalid", "host: expected an address of this machine or a name of one"),
-        ("--max-bytes 2T", "'2T' is not a whole number of 1 or more, as 500k, 200M or 1.5G."),
+        (
+            "--max-bytes 2T",
+            "'2T' is not a whole number of 1 or more, as 500k, 200M or 1.5G (see relit serve --help)",
+        ),
         ("--max-pixels 0.5", "is not a whole number"),
         ("--memory infM", "is not a whole number"),
-        ("--workers 0", "'0' is not a whole number of 1 or more."),
+        ("--workers 0", "'0' is not a whole number of 1 or more (see"),
         ("--header-timeout 0", "0"),
     ],
 )

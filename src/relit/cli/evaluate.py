@@ -47,7 +47,7 @@ _PROTOCOL = "protocol.csv"  # in the folder, where none is named
 @click.option(
     "--lambda",
     "lams",
-    type=Number(("auto",)),
+    type=Number(("auto",), wanted="a number, or 'auto'"),
     metavar="N|auto",
     multiple=True,
     default=(0.2,),

@@ -11,6 +11,7 @@ from click.core import ParameterSource
 
 from relit.cli.groups import Option
 from relit.cli.kinds import FILE, Count, Number, Words
+from relit.settings.option_fields import is_share, number_wanted
 from relit.settings.options import TransferOptions
 
 Command = Callable[..., None]
@@ -43,9 +44,8 @@ def transfer_options(*names: str) -> Decorator:
             elif declared["text"]:
                 kind, metavar = Words(words), "WORD"
             else:
-                # What goes from nothing to a most is a share of something.
-                share = declared["at_least"] == 0 and declared["at_most"] is not None
-                kind, metavar = Number(words, share=share), "|".join(("N", *words))
+                kind = Number(words, share=is_share(declared), wanted=number_wanted(declared))
+                metavar = "|".join(("N", *words))
             command = click.option(
                 flag,
                 option.name,

@@ -36,6 +36,7 @@ from relit.cli.telling import (
     warn_of_folds,
     warn_of_losses,
 )
+from relit.errors import OptionError
 from relit.photo.writing import check_destination, write_image
 from relit.result_files import check_results_destination, not_kept_of, write_results
 from relit.runtime.allocator import keep_freed_memory
@@ -148,7 +149,7 @@ def transfer(
     settings = settings_of(given, saved.options)
     if settings.light is not None and theirs:
         told = batch_command((target, *references), output, settings)
-        raise click.UsageError(f"Give a REFERENCE, or --light, and not both. To relight all of them: {told}")
+        raise OptionError(f"Give a REFERENCE, or --light, and not both. To relight all of them: {told}")
     if output is None:
         raise click.UsageError("Missing option '-o' / '--output'.")
     check_streams(output, as_json, target, *references, second_reference or "")
