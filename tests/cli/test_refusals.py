@@ -1,5 +1,6 @@
 """What the command line refuses, in one line and leaving nothing behind."""
 
+import json
 import os
 import sys
 
@@ -253,6 +254,61 @@ class TestRefusals:
     )
     def test_what_is_wrong_with_a_command_is_one_line_with_its_help(self, fail, command, line):
         assert fail(command, code=2) == line
+
+    @pytest.mark.parametrize(
+        ("flags", "line"),
+        [
+            (
+                "reference.png --method ltv --turn 30",
+                "--turn: does nothing with method 'ltv'; leave it out, or",
+            ),
+            (
+                "reference.png --method ltv --fill 0",
+                "--fill: does nothing with method 'ltv'; leave it out, or",
+            ),
+            (
+                "reference.png --method moments --lambda 1",
+                "--lambda: does nothing with method 'moments'; lea",
+            ),
+            ("reference.png --split-first", "--split-first: does nothing with method 'shading'; leave it o"),
+            (
+                "--light loop --kernel gaussian",
+                "--kernel: does nothing with a light by name; leave it out, o",
+            ),
+            (
+                "--light loop --exposure take",
+                "--exposure: does nothing with a light by name; leave it out, o",
+            ),
+            (
+                "--light loop --tint take",
+                "--tint: does nothing with a white light; leave it out, or give the",
+            ),
+        ],
+    )
+    def test_an_option_that_would_do_nothing(self, fail, flags, line):
+        assert fail(f"transfer target.png {flags} -o q.png", code=2).startswith(line)
+
+    @pytest.mark.parametrize(
+        ("command", "line"),
+        [
+            ("batch --light loop --smoothing 5", "--smoothing: does nothing with a light by name; leave it"),
+            ("batch --light loop --address tcp://x", "--address goes with --engine dask or ray"),
+            (
+                "video film.mp4 reference.png --method wls --tilt 5",
+                "--tilt: does nothing with method 'wls'; l",
+            ),
+        ],
+    )
+    def test_so_do_other_commands(self, fail, command, line):
+        photos = "--targets target.png" if command.startswith("batch") else ""
+        assert fail(f"{command} {photos} -o q.mp4", code=2).startswith(line)
+
+    def test_settings_in_a_file_and_rows_of_a_table_may_hold_all(self, place, run):
+        (place / "all.json").write_text(json.dumps({"options": {"method": "ltv", "turn": 30, "fill": 0.5}}))
+        assert run(f"{TRANSFER} -o q.png --config all.json").code == 0
+        assert "--turn" in run(f"{TRANSFER} -o r.png --config all.json --turn 20").err
+        (place / "rows.csv").write_text("target,reference,method\ntarget.png,reference.png,shading\n")
+        assert run("batch rows.csv --method ltv --turn 30 -o lit --dry-run").code == 0
 
     def test_a_huge_photo_without_a_face(self, place, fail):
         Image.new("L", (4000, 3000), 120).save(place / "huge.png", compress_level=1)

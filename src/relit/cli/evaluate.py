@@ -16,6 +16,7 @@ from relit.cli.destinations import check_apart
 from relit.cli.kinds import FILE, Count, Number
 from relit.cli.options import (
     ALIGNMENT,
+    check_heeded,
     force_option,
     json_option,
     settings_of,
@@ -125,6 +126,7 @@ def evaluate(
     from relit.runtime.threads import available
 
     options = [settings_of({**given, "lam": lam}) for lam in lams]
+    check_heeded(next((one for one in options if one.lam == "auto"), options[0]))
     methods = {one.method if len(lams) == 1 else f"{one.method} {one.lam}": one for one in options}
     folder = source if source.is_dir() else None
     heads = folder is not None and is_of_heads(folder)

@@ -15,6 +15,7 @@ from relit.cli.groups import GroupedCommand, Option
 from relit.cli.kinds import FILE, FOLDER
 from relit.cli.many import batch_command
 from relit.cli.options import (
+    check_heeded,
     check_streams,
     face_options,
     force_option,
@@ -152,6 +153,7 @@ def transfer(
         raise OptionError(f"Give a REFERENCE, or --light, and not both. To relight all of them: {told}")
     if output is None:
         raise click.UsageError("Missing option '-o' / '--output'.")
+    check_heeded(settings)
     check_streams(output, as_json, target, *references, second_reference or "")
     if settings.light is None and not theirs:
         raise click.UsageError("Give a REFERENCE, or --light, and not both.")
