@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.shell_completion import CompletionItem
 
+from relit.settings.option_fields import as_number
+
 if TYPE_CHECKING:
     _Text = click.ParamType[str]
     _Whole = click.ParamType[int]
@@ -109,24 +111,25 @@ class Moment(_Seconds):
 
 
 class Number(_NumberOrWord):
-    """A number, or one of the words that stand for one; of a share, 80% is 0.8."""
+    """A number, or one of the words that stand for one; of a share, 80% is 0.8.
+
+    `wanted` is what messages say of the numbers and words that it takes.
+    """
 
     name = "number"
 
-    def __init__(self, words: tuple[str, ...] = (), *, share: bool = False) -> None:
-        self.words, self.share = words, share
+    def __init__(self, words: tuple[str, ...] = (), *, share: bool = False, wanted: str = "a number") -> None:
+        self.words, self.share, self.wanted = words, share, wanted
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
         """Return the number, or the word."""
         if value in self.words:
             return str(value)
         try:
-            if self.share and isinstance(value, str) and value.endswith("%"):
-                return float(value[:-1]) / 100
-            return float(value)
+            return as_number(str(value), share=self.share)
         except ValueError:
-            wanted = " nor ".join(["a number", *map(repr, self.words)])
-            self.fail(f"{value!r} is {'neither' if self.words else 'not'} {wanted}.", param, ctx)
+            share = " (80% is 0.8)" if self.share else ""
+            self.fail(f"expected {self.wanted}{share}, got {value!r}", param, ctx)
 
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str

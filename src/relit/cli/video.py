@@ -11,9 +11,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from relit.cli.destinations import check_apart
 from relit.cli.groups import GroupedCommand, Option
 from relit.cli.kinds import FILE, Count, Moment
-from relit.cli.options import face_options, force_option, json_option, settings_of, transfer_options
+from relit.cli.options import (
+    check_heeded,
+    face_options,
+    force_option,
+    json_option,
+    settings_of,
+    transfer_options,
+)
 from relit.cli.sources import read_photo, sources_of
 from relit.cli.telling import (
     is_quiet,
@@ -130,6 +138,8 @@ def video(
         raise click.UsageError("--reference-end loop is for a video REFERENCE; leave it out.")
     if "-" in (clip, output, *references):
         raise click.UsageError("A video cannot come from stdin or go to stdout; give files.")
+    check_heeded(settings)
+    check_apart(output, {"--sheet": [sheet]}, (clip, *(file for source in theirs for file in source.files)))
     need_av()
     if sheet is not None:
         check_destination(sheet, overwrite=force)
