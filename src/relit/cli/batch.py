@@ -26,6 +26,7 @@ from relit.cli.telling import (
     report,
     warn_of_lossy_rows,
 )
+from relit.cli.wording import in_plain_words
 from relit.settings.options import TransferOptions
 
 if TYPE_CHECKING:
@@ -200,7 +201,7 @@ def batch(
     processes = engine_of(engine, workers, address=address)  # type: ignore[arg-type]
     with _stopped_like_control_c(), rows_done(todo.total) as tell:
         try:
-            counts = carry_out(todo, processes, facts, tell)
+            counts = carry_out(todo, processes, facts, tell, in_plain_words)
         except KeyboardInterrupt:
             click.echo("relit: the same command goes on from here", err=True)
             raise
@@ -212,9 +213,11 @@ def batch(
         click.echo(printable(f"wrote into {output}, with a table in {where.results}: {told}"), err=True)
     warn_of_lossy_rows(counts.lossy, where.results)
     if todo.renamed and not is_quiet():
+        several = "results have other names than their targets, whose names"
+        told = several if todo.renamed > 1 else "result has another name than its target, whose name"
         click.echo(
-            f"relit: {todo.renamed} results have other names than their targets, whose names some system "
-            f"cannot hold or tell apart; {printable(where.results)} has both",
+            f"relit: {todo.renamed} {told} some system cannot hold or tell apart; {printable(where.results)} "
+            "has both",
             err=True,
         )
     if counts.failed:
