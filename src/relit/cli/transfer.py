@@ -64,7 +64,13 @@ if TYPE_CHECKING:
 )
 @click.argument("target", type=FILE)
 @click.argument("references", metavar="[REFERENCE]...", nargs=-1, type=FILE)
-@click.option("-o", "--output", type=FILE, metavar="FILE", help="Photo to write; - is stdout.  [required]")
+@click.option(
+    "-o",
+    "--output",
+    type=FILE,
+    metavar="FILE",
+    help="Photo to write, or layers: .ora, .psd, .layers.exr; - is stdout.  [required]",
+)
 @transfer_options()
 @click.option(
     "--region-mask",
