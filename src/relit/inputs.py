@@ -228,13 +228,18 @@ def given_references(
         given: list[tuple[Any, Any]] = list(zip(reference, marks, strict=True))
     else:
         given = [] if reference is None else [(reference, landmarks)]
-    if options.light is not None and given:
-        raise OptionError("reference: expected none with a light by name; leave one of them out")
-    if options.light is None and not given:
-        raise OptionError("reference: expected a photo; give one, or a light by name (light=...)")
+    check_one_light(bool(given), options)
     if len({_planes(one) for one, _ in given}) > 1:
         raise ImageError("reference: expected all grey or all colour; convert some of them")
     return given
+
+
+def check_one_light(has_reference: bool, options: TransferOptions) -> None:
+    """Refuse a reference beside a light by name, and neither of them."""
+    if options.light is not None and has_reference:
+        raise OptionError("reference: expected none with a light by name; leave one of them out")
+    if options.light is None and not has_reference:
+        raise OptionError("reference: expected a photo; give one, or a light by name (light=...)")
 
 
 def check_second(second: AnyPhoto | None, given: list[tuple[AnyPhoto, Any]], method: str) -> None:

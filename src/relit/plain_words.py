@@ -19,6 +19,8 @@ _PHRASES: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
     (r"--force or overwrite=True", "--force"),
     (r"raise max_pixels if you trust the file", "save it smaller"),
     (r"\(light=\.\.\.\)", "(--light)"),
+    (r" as extension or as format=$", " as extension"),
+    (r"\bfound version None", "found no version"),
     (r"\bTrue or False\b", "true or false"),
     (r"\bgot (None|True|False)\b", lambda found: f"got {_JSON[found[1]]}"),
     (r"expected shape \(n, 2\).*|expected an \(n, 2\).*", "expected points of 2 numbers each, or of 3"),

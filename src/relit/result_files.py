@@ -92,7 +92,7 @@ def check_results_destination(destination: FileOrName, *, like: Photo, overwrite
     """Refuse a destination that `write_results` would refuse, before any work goes into a photo."""
     layered = _layered(destination)
     if layered is None:
-        check_destination(destination, like=like, overwrite=overwrite)
+        check_destination(destination, like=like, overwrite=overwrite, beside=LAYERED)
         return
     name = name_of(destination)
     if layered.library:

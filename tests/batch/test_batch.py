@@ -74,6 +74,38 @@ class TestCommand:
         assert (results("out"), table()) == (before, first)
         assert sorted(journal("out")) == list(range(1, ROWS + 1))
 
+    @pytest.mark.parametrize(
+        ("row", "reason"),
+        [
+            (",", "reference: expected a photo; give one, or a light by name (--light)"),
+            ("rim,reference.png", "reference: expected none with a light by name; leave one of them out"),
+        ],
+    )
+    def test_a_row_without_one_light_fails_as_it_was_foretold(self, tree, run, row, reason):
+        (tree / "one.csv").write_text(f"target,light,reference\ntarget.png,{row}\n")
+        foretold = run("batch one.csv -o out --dry-run").out.decode()
+        assert f"row 1 would fail: {reason}\n1 rows: 0 to do, 0 done, 1 that would fail" in foretold
+        assert run("batch one.csv -o out").code == 1
+        assert table()[0]["reason"] == reason
+
+    def test_reasons_in_the_table_are_plain(self, tree, run):
+        (tree / "two.csv").write_text("target,reference,mask\ntarget.png,reference.png,maybe\n")
+        assert run("batch two.csv -o out").code == 1
+        assert table()[0]["reason"] == "mask: expected true or false, got 'maybe'"
+
+    def test_a_method_that_takes_a_second_reference_is_foretold_too(self, run):
+        foretold = run("batch m.csv --method quotient -o out --dry-run").out.decode()
+        assert "row 1 would fail: method: 'quotient' takes a second reference" in foretold
+
+    def test_only_rows_to_do_count_as_renamed(self, tree, run):
+        (tree / "odd").mkdir()
+        for name in ("a", "b?", "c?"):
+            (tree / "odd" / f"{name}.png").write_bytes((tree / "target.png").read_bytes())
+        for limit, renamed in (1, 0), (2, 1):
+            done = run(f"batch --do normalize --targets odd -o out --limit {limit} --json")
+            assert json.loads(done.out)["renamed"] == renamed
+        assert done.err.startswith("relit: 1 result has another name than its target, whose name some system")
+
     def test_limit_and_then_the_rest(self, succeed):
         assert json.loads(succeed("batch m.csv -o out --limit 2 --json"))["total"] == 2
         assert len(table()) == len(results("out")) == 2

@@ -26,7 +26,14 @@ PATHS = st.builds(
 )
 
 
+def lit(row):
+    """Return a row with a light, if it has no reference: without either it would be no job."""
+    return row if row.reference or row.options else row._replace(options=(("light", "rim"),))
+
+
 def jobs_of(rows, kind="transfer", suffix=None, **options):
+    if kind == "transfer" and "light" not in options:
+        rows = [lit(row) for row in rows]
     naming = Naming(rows, kind, TransferOptions(**options), suffix)
     return [naming.job(row) for row in rows]
 
@@ -113,10 +120,12 @@ class TestNames:
         assert job.startswith("output: expected ")
 
     def test_a_bad_option_fails(self):
-        bad, good = jobs_of([Row(1, "a", options=(("strength", "x"),)), Row(2, "b", options=(("lam", 1),))])
+        bad, good = jobs_of(
+            [Row(1, "a", options=(("strength", "x"),)), Row(2, "b", options=(("lam", 1), ("light", "rim")))]
+        )
         assert "strength: expected" in bad
         assert isinstance(good, Job)
-        assert good.options == TransferOptions(lam=1)
+        assert good.options == TransferOptions(lam=1, light="rim")
 
     def test_references_count_only_where_light_is_carried(self):
         (job,) = jobs_of([Row(1, "a.png", "b.png", reference_landmarks="b.csv")], "normalize")

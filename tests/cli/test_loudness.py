@@ -13,8 +13,9 @@ LOUD = [name for name, command in relit.commands.items() if any(p.name == "quiet
 MARKS = "--target-landmarks target.csv"
 JOBS = {
     f"{TRANSFER} -o out.png": r"wrote out\.png: the face of target\.png under the light of reference\.png S",
-    f"transfer target.png --light loop {MARKS} -o out.png --sheet s.png --stages st": (
-        r"wrote out\.png and s\.png and \d+ files in st: the face of target\.png under the light loop S"
+    f"transfer target.png --light loop {MARKS} -o out.png --sheet s.png --changed c.png --stages st": (
+        r"wrote out\.png and s\.png and c\.png and \d+ files in st: the face of target\.png under "
+        r"the light loop S"
     ),
     f"align target.png reference.png {FACES} -o out.png": (
         r"wrote out\.png: reference\.png, its face laid over that of target\.png"

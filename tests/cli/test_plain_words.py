@@ -19,7 +19,7 @@ from tests.command import FACES, TRANSFER
 PYTHON = re.compile(
     r"\b(None|True|False|float|int|str|bool|bytes|tuple|list|dict|array|dtype|u?int\d+|float\d+|complex\d+"
     r"|\w+Error|Errno|Traceback|overwrite|max_pixels|lam|[a-z]+_landmarks|region_mask|second_reference"
-    r"|color_space|full_resolution|split_first|interocular_distance)\b|\w=\w|=\.\.\.|shape|<\w+|\(\d+,"
+    r"|color_space|full_resolution|split_first|interocular_distance)\b|\w=\w|\w=$|=\.\.\.|shape|<\w+|\(\d+,"
 )
 # Values of an option that are spelt so, and what keys of settings and columns of tables are called.
 SPELT, KEYS = {"thin_plate_spline"}, {field.name for field in fields(TransferOptions)}

@@ -47,6 +47,7 @@ class TestRefusals:
             ("one.png", "one.png: 1x1 px cannot hold a face; each side must be at least 8 px"),
             ("folder", "folder: is a folder; give the name of one photo in it"),
             ("missing.png", "missing.png: there is no such file; check the name"),
+            ("''", "'': is no name; give the file name of a photo"),
             ("'a\0b.png'", "cannot be read (embedded null byte); give the file name of a photo"),
             ("noise.png", ": no face found; use a photo with a larger, upright face"),
             ("-", "-: is empty; get the file again"),
@@ -85,6 +86,18 @@ class TestRefusals:
         given = "--reference-landmarks reference.csv"
         assert message in fail(f"{command} target.png reference.png {given} {flags} -o out.png")
 
+    def test_a_command_without_landmarks_does_not_advise_them(self, fail):
+        line = fail("landmarks noise.png -o q.csv")
+        assert line.endswith("or place landmarks by hand in relit studio")
+        assert "(in relit studio, or --landmarks FILE)" in fail("normalize noise.png -o q.png")
+
+    def test_landmarks_of_another_kind_of_json(self, place, fail):
+        (place / "other.json").write_text('{"faces": []}')
+        line = fail("transfer target.png reference.png --target-landmarks other.json -o q.png")
+        assert line.endswith("whose version is 1, 2 or 3; found no version")
+        line = fail("landmarks target.png -o q.txt")
+        assert line.endswith(".xml as extension")
+
     def test_swapped_landmarks_are_told_by_their_own_file(self, fail):
         line = fail("transfer target.png reference.png --target-landmarks far.csv -o out.png --swap")
         assert line.startswith("far.csv: ")
@@ -104,7 +117,7 @@ class TestRefusals:
             ("out.gif", "out.gif: no format to write goes by '.gif'; use one of .jpg, "),
             ("out", "out: the name has no extension"),
             ("''", "the name has no extension"),
-            ("folder", "folder: the name has no extension"),
+            ("folder", "folder: is a folder; give the name of a file in it"),
             ("folder.png", "folder.png: is not a file"),
             ("target.png", "target.png: exists already; use --force"),
             ("'a\0b.png'", "embedded null byte"),
@@ -137,7 +150,10 @@ class TestRefusals:
             "out.layers.exr": "out.layers.exr: OpenEXR files need an extra: pip install 'relit[exr]'",
         }.items():
             assert message in fail(f"transfer target.png reference.png -o {output}")
+        line = fail("transfer target.png reference.png -o out.gif")
+        assert line.endswith(".exr, .ora, .psd, .layers.exr")
         told = fail("align target.png reference.png -o out.ora")
+        assert not told.endswith(".layers.exr")
         assert "no format to write goes by '.ora'" in told
 
     def test_alpha_is_not_dropped_silently(self, place, fail):
@@ -203,7 +219,14 @@ class TestRefusals:
             (f"{TRANSFER} -o out.png third.png --light rim", "given 1 times for 2 photos"),
             ("transfer target.png reference.png --light rim -o out.png", "Give a REFERENCE, or --light, and"),
             ("transfer target.png --light sun -o out.png", "--light: expected one of rembrandt"),
-            ("transfer target.png --light rim --swap -o out.png", "--swap takes one REFERENCE"),
+            (
+                "transfer target.png --light rim --swap -o out.png",
+                "--swap takes one REFERENCE to swap with, got none",
+            ),
+            (
+                "transfer target.png --light rim --reference-face 0 -o q.png",
+                "--reference-face goes with a REF",
+            ),
             (f"{TRANSFER} -o out.png --all-faces", "--all-faces goes with no --face"),
             (f"{TRANSFER} -o out.png --strength -1", "--strength: expected a finite number of 0 or more"),
             (f"{TRANSFER} -o out.png --region hat", "--region: expected face, or parts"),

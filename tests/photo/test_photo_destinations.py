@@ -62,6 +62,17 @@ class TestDestinations:
             write_image(tmp_path / name, sample(np.uint8))
         assert not list(tmp_path.iterdir())
 
+    def test_a_folder_is_none(self, tmp_path):
+        with pytest.raises(OutputError, match="is a folder; give the name of a file in it"):
+            write_image(tmp_path, sample(np.uint8))
+
+    @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+    def test_a_full_disk_behind_a_stream_is_told_in_words(self):
+        with Path("/dev/full").open("wb", buffering=0) as full, pytest.raises(OutputError) as error:
+            write_image(full, sample(np.uint8))
+        told = "/dev/full: cannot be written (No space left on device); choose another place"
+        assert str(error.value) == told
+
     def test_an_unknown_format(self):
         with pytest.raises(OutputError, match="no format to write goes by 'gif'"):
             written(sample(np.uint8), "gif")

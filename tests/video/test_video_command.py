@@ -23,9 +23,12 @@ def clips(place):
     ("command", "message"),
     [
         ("video in.mp4 reference.png", "Missing option '-o'"),
-        ("video in.mp4 -o out.mp4", "Give a REFERENCE, or --light, and not both."),
-        ("video in.mp4 reference.png --light loop -o out.mp4", "Give a REFERENCE, or --light, and not both."),
-        ("video in.mp4 in.mp4 in.mp4 -o out.mp4", "Give one video as REFERENCE, or photos."),
+        ("video in.mp4 -o out.mp4", "Give a REFERENCE, or --light, and not both (see"),
+        (
+            "video in.mp4 reference.png --light loop -o out.mp4",
+            "Give a REFERENCE, or --light, and not both (see",
+        ),
+        ("video in.mp4 in.mp4 in.mp4 -o out.mp4", "Give one video as REFERENCE, or photos (see"),
         ("video - --light loop -o out.mp4", "A video cannot come from stdin"),
         ("video in.mp4 --light loop -o out.mp4 --from 1:99", "'1:99' is not a time"),
         ("video in.mp4 --light loop -o out.mp4 --from 2 --to 1", "--to: expected more than 2 s"),

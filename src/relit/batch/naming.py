@@ -14,6 +14,7 @@ from relit.batch.jobs import KINDS, Job, options_with
 from relit.batch.portable import folded, marked, portable
 from relit.errors import OptionError
 from relit.face.landmark_files import FORMATS as LANDMARK_FORMATS
+from relit.inputs import check_one_light
 from relit.photo.codecs.formats import FORMATS
 from relit.result_files import LAYERED
 
@@ -89,6 +90,13 @@ class Naming:
         try:
             output = _inside(row.output or self._mirrored(row))
             options = options_with(self.options, row.options)
+            if self.kind == "transfer":
+                check_one_light(row.reference is not None, options)
+                if options.record.needs_second:
+                    raise OptionError(
+                        f"method: {options.method!r} takes a second reference, for which a batch has no "
+                        "place; choose another"
+                    )
         except OptionError as error:
             return str(error)
         reference, marks = row.reference, row.reference_landmarks

@@ -16,7 +16,7 @@ from relit.batch.jobs import Outcome
 from relit.errors import OptionError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
     from relit.batch.jobs import Job, Row
     from relit.batch.journal import Journal
@@ -40,21 +40,26 @@ def check_table(place: str) -> None:
         _pyarrow(place)
 
 
-def write_table(place: str, rows: Iterable[tuple[Row, Job | str]], journal: Journal) -> None:
-    """Write how each row of a batch ended, in their order."""
+def write_table(
+    place: str,
+    rows: Iterable[tuple[Row, Job | str]],
+    journal: Journal,
+    worded: Callable[[str], str] = str,
+) -> None:
+    """Write how each row of a batch ended, in their order, its reason `worded` for who reads it."""
     make = _csv if Path(place).suffix.lower() == ".csv" else _parquet
-    records = (_record(row, job, journal) for row, job in rows)
+    records = (_record(row, job, journal, worded) for row, job in rows)
     places.write_atomically(place, make(place, records), overwrite=True)
 
 
-def _record(row: Row, job: Job | str, journal: Journal) -> dict[str, Any]:
+def _record(row: Row, job: Job | str, journal: Journal, worded: Callable[[str], str]) -> dict[str, Any]:
     known = Outcome("", job) if isinstance(job, str) else journal.find(job.output)
     outcome = known or Outcome("")
     seconds = [taken for name, taken in outcome.measured.items() if name.startswith("seconds_")]
     return {
         "row": row.number,
         "status": "missing" if known is None else "failed" if outcome.reason else "ok",
-        "reason": outcome.reason,
+        "reason": worded(outcome.reason),
         "target": row.target,
         "reference": row.reference or "",
         "output": outcome.output,

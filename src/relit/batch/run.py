@@ -95,13 +95,19 @@ class Batch:
     ) -> None:
         self.plan, self.where, self._rows, self._limit = plan, where, rows, limit
         self._naming = Naming(rows, plan.kind, options, suffix)
-        every = ((row, self._naming.job(row)) for row in rows)
-        check_names(every, plan.kind, plan.folder, map(str, where))
-        self.renamed = self._naming.renamed  # all rows were named once by now
+        self.renamed = 0  # rows to do whose results have other names than their targets
+        check_names(self._named(), plan.kind, plan.folder, map(str, where))
         self.total = min(self._naming.rows, limit or self._naming.rows)
         used = {name: getattr(options, name) for name in KINDS[plan.kind].options}
         #: What must be the same for a run to go on with what another has begun.
         self.settings = {"relit": VERSION, "kind": plan.kind, "options": used}
+
+    def _named(self) -> Iterator[tuple[Row, Job | str]]:
+        """Go through all rows, those beyond the limit too, whose names must not clash either."""
+        for number, row in enumerate(self._rows):
+            yield row, self._naming.job(row)
+            if self._limit is None or number < self._limit:
+                self.renamed = self._naming.renamed
 
     def rows(self) -> Iterator[tuple[Row, Job | str]]:
         """Go through the rows, each with what is to be done for it, or why that cannot be."""
@@ -204,11 +210,13 @@ def carry_out(
     workers: AbstractContextManager[Engine[Any]],
     facts: dict[str, Any],
     tell: Tell = lambda _: None,
+    worded: Callable[[str], str] = str,
 ) -> Counts:
     """Do what is left to do of a batch in an engine that is not open yet, and write its table and its record.
 
-    Of `facts`, the record tells; `tell` is as for `run`. An `OptionError` is raised where results of other
-    settings are there, an `OutputError` where another run is at work, or a file of another is in the way.
+    Of `facts`, the record tells; `tell` is as for `run`, and `worded` as for `write_table`. An `OptionError`
+    is raised where results of other settings are there, an `OutputError` where another run is at work, or a
+    file of another is in the way.
     """
     started, start, where = datetime.now(UTC), time.monotonic(), batch.where
     batch.check_journal(Journal(where.journal))  # before there is one
@@ -223,7 +231,7 @@ def carry_out(
             journal.take(name)
         with workers as engine:
             counts = run(batch, journal, engine, tell)
-        write_table(where.results, batch.rows(), journal)
+        write_table(where.results, batch.rows(), journal, worded)
     times = {
         "started": started.isoformat(timespec="seconds"),
         "ended": datetime.now(UTC).isoformat(timespec="seconds"),

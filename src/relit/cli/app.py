@@ -150,7 +150,7 @@ def landmarks(
         check_landmark_destination(output, overwrite=force)
     photo = read_photo(image)
     with progress("Finding the face"):
-        source = Source("image", image, None, face)
+        source = Source("image", image, None, face, takes_landmarks=False)
         found = source.face_in(photo)
     picture = replace(photo, pixels=landmark_overlay(photo.pixels, found), alpha=None)
     if overlay:

@@ -26,10 +26,13 @@ from relit.cli.telling import (
     report,
     warn_of_lossy_rows,
 )
+from relit.cli.wording import in_plain_words
 from relit.settings.options import TransferOptions
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from relit.batch.run import Batch, Counts
 
 
 _KINDS = ("transfer", "normalize", "decompose", "landmarks")
@@ -200,29 +203,34 @@ def batch(
     processes = engine_of(engine, workers, address=address)  # type: ignore[arg-type]
     with _stopped_like_control_c(), rows_done(todo.total) as tell:
         try:
-            counts = carry_out(todo, processes, facts, tell)
+            counts = carry_out(todo, processes, facts, tell, in_plain_words)
         except KeyboardInterrupt:
             click.echo("relit: the same command goes on from here", err=True)
             raise
+    _tell(todo, counts, as_json)
+    if counts.failed:
+        click.get_current_context().exit(1)
+
+
+def _tell(todo: Batch, counts: Counts, as_json: bool) -> None:
+    """Say what was done, what is not as it was asked for, and what failed."""
+    folder, table = todo.plan.folder, todo.where.results
     if as_json:
-        where_told = {"output": output, "results": where.results, "journal": str(where.journal)}
-        report(True, **where_told, renamed=todo.renamed, **asdict(counts))
+        places = {"output": folder, "results": table, "journal": str(todo.where.journal)}
+        report(True, **places, renamed=todo.renamed, **asdict(counts))
     if (is_watched() or is_verbose()) and not as_json:
         told = f"{counts.ok} rows done, {counts.kept} done before, {counts.failed} failed"
-        click.echo(printable(f"wrote into {output}, with a table in {where.results}: {told}"), err=True)
-    warn_of_lossy_rows(counts.lossy, where.results)
+        click.echo(printable(f"wrote into {folder}, with a table in {table}: {told}"), err=True)
+    warn_of_lossy_rows(counts.lossy, table)
+    table = printable(table)
     if todo.renamed and not is_quiet():
+        several = "results have other names than their targets, whose names"
+        told = several if todo.renamed > 1 else "result has another name than its target, whose name"
         click.echo(
-            f"relit: {todo.renamed} results have other names than their targets, whose names some system "
-            f"cannot hold or tell apart; {printable(where.results)} has both",
-            err=True,
+            f"relit: {todo.renamed} {told} some system cannot hold or tell apart; {table} has both", err=True
         )
     if counts.failed:
-        click.echo(
-            f"relit: {counts.failed} of {counts.total} rows failed; {printable(where.results)} says why",
-            err=True,
-        )
-        click.get_current_context().exit(1)
+        click.echo(f"relit: {counts.failed} of {counts.total} rows failed; {table} says why", err=True)
 
 
 def _check_options(

@@ -48,6 +48,7 @@ class Source(NamedTuple):
     landmarks: str | None
     face: int | None
     known: Landmarks | None = None
+    takes_landmarks: bool = True  # whether the command has an option for them
 
     @classmethod
     def of(cls, given: dict[str, Any], argument: str, path: str) -> Source:
@@ -91,6 +92,8 @@ class Source(NamedTuple):
 
     def _with_own_flags(self, message: str) -> str:
         """Return what the library says of faces with the flags of this photo, where several have some."""
+        if not self.takes_landmarks:
+            message = message.replace("(in relit studio, or --landmarks FILE)", "in relit studio")
         prefix = "" if self.argument == "image" else f"{self.argument}-"
         advice = message.replace("--landmarks FILE", f"--{prefix}landmarks FILE")
         return re.sub(r"face=(\d+) to face=(\d+)$", rf"--{prefix}face \1 to \2", advice)
@@ -102,6 +105,8 @@ def sources_of(
     """Return the target, then the references, each with the options that say where its face is."""
     landmarks, faces = given.pop("reference_landmarks"), given.pop("reference_face")
     for flag, values in (("landmarks", landmarks), ("face", faces)):
+        if values and not references:
+            raise click.UsageError(f"--reference-{flag} goes with a REFERENCE; give one, or leave it out.")
         if len(values) not in (0, len(references)):
             raise click.UsageError(
                 f"--reference-{flag} was given {len(values)} times for {len(references)} photos; give it "
@@ -111,7 +116,7 @@ def sources_of(
     sources = [Source.of(given, "target", target), *(Source("reference", *one) for one in each)]
     sources[:2] = [source.knowing(getattr(saved, source.argument)) for source in sources[:2]]
     if swap and len(references) != 1:
-        raise click.UsageError("--swap takes one REFERENCE.")
+        raise click.UsageError(f"--swap takes one REFERENCE to swap with, got {len(references) or 'none'}.")
     return sources[::-1] if swap else sources
 
 

@@ -99,8 +99,8 @@ def solving(step: str) -> Iterator[None]:
 def report(as_json: bool, done: str = "", **facts: Any) -> None:
     """Print the facts as JSON; to who watches, or asks with -v, one line on what was `done` and where.
 
-    Of the facts, ``output``, ``overlay``, ``sheet`` and ``stages`` are the files written, and ``seconds`` is
-    how long the stages took.
+    Of the facts, ``output``, ``overlay``, ``sheet``, ``changed`` and ``stages`` are the files written, and
+    ``seconds`` is how long the stages took.
     """
     if as_json:
         try:
@@ -111,7 +111,7 @@ def report(as_json: bool, done: str = "", **facts: Any) -> None:
         except OSError as error:
             raise OutputError(f"standard output: cannot be written ({error.strerror})") from error
     elif is_watched() or is_verbose():
-        places = [facts.get(name) for name in ("output", "overlay", "sheet", "stages")]
+        places = [facts.get(name) for name in ("output", "overlay", "sheet", "changed", "stages")]
         where = " and ".join(_named(place) for place in places if place)
         seconds = f" ({sum(facts['seconds'].values()):.1f} s)" if "seconds" in facts else ""
         click.echo(printable(f"wrote {where}: {done}{seconds}"), err=True)

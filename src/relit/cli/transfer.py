@@ -8,9 +8,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import click
-import numpy as np
 
-from relit.cli.destinations import PictureFolder, check_apart
+from relit.cli.beside import Beside
 from relit.cli.groups import GroupedCommand, Option
 from relit.cli.kinds import FILE, FOLDER
 from relit.cli.many import batch_command
@@ -38,7 +37,6 @@ from relit.cli.telling import (
     warn_of_losses,
 )
 from relit.errors import OptionError
-from relit.photo.writing import check_destination, write_image
 from relit.result_files import check_results_destination, not_kept_of, write_results
 from relit.runtime.allocator import keep_freed_memory
 from relit.runtime.timing import Stopwatch
@@ -46,8 +44,6 @@ from relit.settings.options import TransferOptions
 from relit.settings_file import Settings, read_settings
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from relit.face.landmarks import Landmarks
     from relit.photo.photo import Photo
     from relit.results import TransferResult
@@ -64,7 +60,13 @@ if TYPE_CHECKING:
 )
 @click.argument("target", type=FILE)
 @click.argument("references", metavar="[REFERENCE]...", nargs=-1, type=FILE)
-@click.option("-o", "--output", type=FILE, metavar="FILE", help="Photo to write; - is stdout.  [required]")
+@click.option(
+    "-o",
+    "--output",
+    type=FILE,
+    metavar="FILE",
+    help="Photo to write, or layers: .ora, .psd, .layers.exr; - is stdout.  [required]",
+)
 @transfer_options()
 @click.option(
     "--region-mask",
@@ -162,41 +164,27 @@ def transfer(
     if all_faces and (ours.face_is_given or stages or sheet):
         raise click.UsageError("--all-faces goes with no --face, --target-landmarks, --stages or --sheet.")
 
-    folder = None
-    if stages is not None:
-        from relit.figures import STAGES
-
-        folder = PictureFolder(stages, [f"{name}.png" for name in (*STAGES, "sheet")], force)
-    check_apart(
-        output,
-        {"--sheet": [sheet], "--changed": [changed], "--stages": folder.files if folder else ()},
-        (region_mask, config, *(file for one in (ours, *theirs, second) for file in one.files)),
-    )
-    if sheet is not None:
-        check_streams(sheet, as_json)
-        check_destination(sheet, overwrite=force)
-    if changed is not None:
-        check_streams(changed, as_json)
-        check_destination(changed, overwrite=force)
+    read = (region_mask, config, *(file for one in (ours, *theirs, second) for file in one.files))
+    beside = Beside(sheet, changed, stages, output=output, inputs=read, force=force, as_json=as_json)
     watch = Stopwatch()
     keep_freed_memory()
     _load()
     with progress("Reading the photos"), watch("read"):
         # One by one: a file that never ends can be interrupted here, but not in a thread.
         photo, *others = [read_photo(source.path) for source in (ours, *theirs)]
-        beside = read_photo(second.path) if second.path else None
+        other = read_photo(second.path) if second.path else None
         area = read_mask(region_mask) if region_mask else None
     check_results_destination(output, like=photo, overwrite=force)
     with progress("Finding the faces"), watch("find the faces"):
         faces, there = find_faces([(ours, photo), *zip(theirs, others, strict=True)], all_faces=all_faces)
-        marks = second.face_in(beside) if beside else None
+        marks = second.face_in(other) if other else None
     results = _relight_each(
         photo,
         faces,
         watch,
         reference=others,
         reference_landmarks=there,
-        second_reference=beside,
+        second_reference=other,
         second_landmarks=marks,
         region_mask=area,
         options=settings,
@@ -206,22 +194,12 @@ def transfer(
     warn_of_folds(folded)
     warn_of_confidence(result.confidence)
     with progress("Writing"), watch("write"):
-        pictures = _stage_files(result) if folder else {}
+        pictures = beside.stages_of(result)  # before anything is written
         write_results(output, results, like=photo, overwrite=force)
-        if sheet is not None:
-            from relit.figures import comparison_sheet
-
-            write_image(sheet, comparison_sheet(result), overwrite=force)
-        if changed is not None:
-            from relit.layering import before_and_after, changed_area
-
-            where = changed_area(*before_and_after(results, photo))
-            write_image(changed, where * np.uint8(255), overwrite=force)
-        written = folder.save(pictures) if folder else []
+        written = beside.write(results, photo, pictures)
     lost = not_kept_of(output, photo)
     warn_of_losses(output, lost)
-    triples = zip(theirs, others, there, strict=True)
-    described = [about(source.path, other, face) for source, other, face in triples]
+    described = [about(*one) for one in zip([one.path for one in theirs], others, there, strict=True)]
     of_target = [about(ours.path, photo, face) for face in faces]
     for facts in (*of_target, *described):
         say_face(facts)
@@ -270,15 +248,6 @@ def _relight_each(
         for stage, seconds in results[-1].seconds.items():
             watch.add(stage, seconds)
     return results
-
-
-def _stage_files(result: TransferResult) -> dict[str, NDArray[Any]]:
-    """Return the pictures of all stages by the names of their files."""
-    from relit.figures import contact_sheet, stage_pictures
-
-    pictures = stage_pictures(result)
-    sheet = contact_sheet(result, pictures)
-    return {f"{name}.png": picture for name, picture in (pictures | {"sheet": sheet}).items()}
 
 
 def _alone(values: list[Any]) -> Any:

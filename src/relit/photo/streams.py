@@ -17,6 +17,8 @@ _PART = 1 << 20
 
 def name_of(file: FileOrName) -> str:
     """Return what to call a file in a message."""
+    if file == "":
+        return "''"
     return str(file) if isinstance(file, (str, Path)) else str(getattr(file, "name", "binary file"))
 
 
@@ -45,6 +47,8 @@ def open_source(source: FileOrName, most: int) -> BinaryIO:
     try:
         if not isinstance(source, (str, Path)):
             return _buffered(source, name, most)
+        if source == "":
+            raise ImageError(f"{name}: is no name; give the file name of a photo")
         if name == "-":
             return _buffered(_standard(sys.stdin), name, most)
         stream = Path(source).open("rb")  # noqa: SIM115 (the caller closes it)
@@ -87,7 +91,12 @@ def save(data: bytes, destination: FileOrName, *, overwrite: bool) -> None:
     try:
         file.write(data)
         file.flush()
-    except (OSError, ValueError, TypeError) as error:  # ValueError: a closed file; TypeError: a text file
+    except OSError as error:
+        reason = error.strerror or error
+        raise OutputError(
+            f"{name_of(destination)}: cannot be written ({reason}); choose another place"
+        ) from error
+    except (ValueError, TypeError) as error:  # a closed file; a text file
         raise OutputError(
             f"{name_of(destination)}: cannot be written ({error}); give a binary file"
         ) from error

@@ -22,13 +22,15 @@ from relit.photo.profile import color_space
 from relit.photo.streams import destination_of, name_of, save
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from numpy.typing import NDArray
 
     from relit.photo.streams import FileOrName
 
 #: Extension → format; a format's name is one more.
 _KINDS = {end: kind for kind, known in FORMATS.items() for end in (*known.extensions, f".{kind.lower()}")}
-_EXTENSIONS = ", ".join(extension for known in FORMATS.values() for extension in known.extensions)
+_EXTENSIONS = tuple(extension for known in FORMATS.values() for extension in known.extensions)
 
 
 def write_image(
@@ -100,6 +102,7 @@ def check_destination(
     like: Photo | None = None,
     format: str | None = None,  # noqa: A002
     overwrite: bool = False,
+    beside: Iterable[str] = (),
 ) -> None:
     """Refuse a destination that `write_image` would refuse, before any work goes into the photo.
 
@@ -109,6 +112,8 @@ def check_destination(
         As for `write_image`, and so are the errors.
     like : Photo, optional
         A photo like the one to be written: of its size, and with colours and alpha if it has them.
+    beside : iterable of str, optional
+        Extensions that the caller writes in another way, for the message.
 
     Examples
     --------
@@ -117,7 +122,7 @@ def check_destination(
         ...
     relit.errors.OutputError: face.gif: no format to write goes by '.gif'; use one of .jpg, ...
     """
-    kind = _format_of(destination, like, format)
+    kind = _format_of(destination, like, format, beside)
     if like is not None:
         _check_fits(like, kind, name_of(destination))
     path = destination_of(destination)
@@ -179,18 +184,23 @@ def joined(image: NDArray[Any] | Photo, like: Photo | None) -> Photo:
     return photo if photo.profile and color_space(photo.profile) == space else replace(photo, profile=None)
 
 
-def _format_of(destination: FileOrName, like: Photo | None, given: str | None) -> str:
+def _format_of(
+    destination: FileOrName, like: Photo | None, given: str | None, beside: Iterable[str] = ()
+) -> str:
     """Return the name of the format to write."""
     name = name_of(destination)
     if given is None:
         given = Path(name).suffix
         if not given and not isinstance(destination_of(destination), Path):
             given = like.format if like and like.format in FORMATS else "PNG"
+    known = ", ".join((*_EXTENSIONS, *beside))
     if not given:
-        raise OutputError(f"{name}: the name has no extension to tell the format; use one of {_EXTENSIONS}")
+        if isinstance(destination, (str, Path)) and destination and Path(destination).is_dir():
+            raise OutputError(f"{name}: is a folder; give the name of a file in it")
+        raise OutputError(f"{name}: the name has no extension to tell the format; use one of {known}")
     kind = _KINDS.get("." + given.lower().removeprefix("."))
     if kind is None:
-        raise OutputError(f"{name}: no format to write goes by {given!r}; use one of {_EXTENSIONS}")
+        raise OutputError(f"{name}: no format to write goes by {given!r}; use one of {known}")
     if library := FORMATS[kind].library:
         try:
             library()
