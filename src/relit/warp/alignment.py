@@ -228,9 +228,14 @@ def _least_folded(
     fit: Callable[..., RBF], ladder: tuple[float, ...], lattices: list[_Lattice]
 ) -> tuple[RBF, float, float]:
     """Return the map of least smoothing that does not fold, or the last; its smoothing, and its folds."""
+    terms: list[NDArray[np.float64]] = []
     for smoothing in ladder:
         interpolant = fit(smoothing=smoothing)
-        folded = max(_folded_share(interpolant.on_lattice(*lattice)) for lattice in lattices)
+        terms = terms or [interpolant.terms(*lattice) for lattice in lattices]
+        folded = max(
+            _folded_share(interpolant.of_terms(known, *lattice))
+            for known, lattice in zip(terms, lattices, strict=True)
+        )
         if folded == 0:
             break
     return interpolant, smoothing, folded

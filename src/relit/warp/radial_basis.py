@@ -77,8 +77,8 @@ class Basis:
     @cached_property
     def _twins(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """The centers i that nearly coincide with earlier ones, and the nearest such j of each."""
-        apart = np.sqrt(squared_distances(self.centers, self.centers))
-        apart[np.triu_indices(len(apart))] = np.inf
+        square = squared_distances(self.centers, self.centers)
+        apart = np.where(np.tri(len(square), k=-1, dtype=bool), np.sqrt(square), np.inf)
         twins = np.flatnonzero(apart.min(axis=1) < _TWINS * self.scale)
         return twins, apart[twins].argmin(axis=1)
 

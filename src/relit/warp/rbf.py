@@ -42,7 +42,7 @@ _AT_ONCE = 2**15  # distances held at a time by a thread, which fit a processor'
 _OF_A_THREAD = 2**21  # distances, about 5 ms; for fewer, a thread does not pay
 _FEW = 16  # probes for one that is looked at first
 _PROBE_CELL = 4  # px
-_ROUNDING = np.finfo(float).eps
+_NEARLY = np.sqrt(np.finfo(float).eps)  # of a solution: a correction after which the next one is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,14 +93,31 @@ class RBF:
 
     def on_lattice(self, x: NDArray[Any], y: NDArray[Any]) -> NDArray[np.float64]:
         """Return the values at each ``(x, y)`` of a lattice, (len(y), len(x), m)."""
-        points = np.stack(np.meshgrid(x, y), axis=-1)
-        across, down = self._basis.squares(x, 0), self._basis.squares(y, 1)
+        return self._over_lattice(lambda basis: basis @ self._weights, x, y) + self._plane(_lattice(x, y))
+
+    def terms(self, x: NDArray[Any], y: NDArray[Any]) -> NDArray[np.float64]:
+        """Return what the values on a lattice are combined from, (len(y), len(x), n).
+
+        It depends on no value: interpolants of other values at the same centers have the same.
+        """
+        return self._over_lattice(lambda basis: basis, x, y)
+
+    def of_terms(self, terms: NDArray[np.float64], x: NDArray[Any], y: NDArray[Any]) -> NDArray[np.float64]:
+        """Return the values on a lattice, whose terms are known: as `on_lattice` does."""
+        with one_blas_thread():
+            return terms @ self._weights + self._plane(_lattice(x, y))
+
+    def _over_lattice(
+        self, made_of: Callable[[NDArray[np.float64]], NDArray[np.float64]], x: NDArray[Any], y: NDArray[Any]
+    ) -> NDArray[np.float64]:
+        """Return what is made of the functions of `_basis` at a lattice's points, (len(y), len(x), ...)."""
+        points, (across, down) = _lattice(x, y), (self._basis.squares(x, 0), self._basis.squares(y, 1))
 
         def values(rows: slice) -> NDArray[np.float64]:
             square = (down[rows, None] + across).reshape(-1, len(self.centers))
-            return self._basis.of_squares(square, points[rows].reshape(-1, 2)) @ self._weights
+            return made_of(self._basis.of_squares(square, points[rows].reshape(-1, 2)))
 
-        return self._in_parts(values, len(y), len(x)).reshape(*points.shape[:2], -1) + self._plane(points)
+        return self._in_parts(values, len(y), len(x)).reshape(*points.shape[:2], -1)
 
     def _in_parts(
         self, values: Callable[[slice], NDArray[np.float64]], count: int, points: int
@@ -294,6 +311,11 @@ def spacing_of(points: NDArray[np.float64]) -> float:
     return float(np.sqrt(np.prod(np.ptp(points, axis=0)) / len(points)))
 
 
+def _lattice(x: NDArray[Any], y: NDArray[Any]) -> NDArray[Any]:
+    """Return the points ``(x, y)`` of a lattice, (len(y), len(x), 2)."""
+    return np.stack(np.meshgrid(x, y), axis=-1)
+
+
 def _affine_terms(points: NDArray[Any], centers: NDArray[np.float64], scale: float) -> NDArray[np.float64]:
     places = (points - centers.mean(axis=0)) / scale
     return np.concatenate([np.ones((*places.shape[:-1], 1)), places], axis=-1)
@@ -316,7 +338,7 @@ def _solve_refined(system: NDArray[np.float64], right: NDArray[np.float64]) -> N
         residual = exact_right - exact_system @ solution
         correction = np.linalg.solve(system, residual.astype(np.float64))
         solution = solution + correction
-        if np.abs(correction).max() <= _ROUNDING * np.abs(solution).max():
+        if np.abs(correction).max() <= _NEARLY * np.abs(solution).max():
             break
     return np.asarray(solution)
 
