@@ -109,7 +109,7 @@ class RelightAugment:
     - What is pickled or copied goes on where the original was.
 
     What was found out about the photos that were relit last is kept, 150 MB at most in each process, which is
-    about nine photos of 256²: another light on one of them takes half the time.
+    about eight photos of 256²: another light on one of them takes half the time.
 
     A call draws from ``numpy.random.SeedSequence(seed, spawn_key=(epoch, worker, number))``: `epoch` is 0 or
     what `set_epoch` was told; `worker` is 0, and in worker i of a ``DataLoader`` i + 1; `number` counts the

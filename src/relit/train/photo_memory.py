@@ -25,7 +25,7 @@ class PhotoMemory:
     ----------
     most_bytes : int
         How much they may hold together; those of the photos not relit for longest are forgotten. One of 256²
-        takes 17 MB.
+        takes 19 MB.
     """
 
     def __init__(self, most_bytes: int = 150_000_000) -> None:
