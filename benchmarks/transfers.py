@@ -61,7 +61,7 @@ def transfers(runs: int) -> Iterator[Row]:
             lambda: relit.transfer(small.pixels, other.pixels, **given(small, other)),
             "≤ 0.08 s",
         ),
-        "RelightAugment, 8 of 256², landmarks given, one thread": (augmented, "≤ 0.53 s"),
+        "RelightAugment, 8 of 256² relit before, landmarks given, one thread": (augmented, "≤ 0.53 s"),
     }
     for function, _ in cases.values():
         function()  # what a process does once

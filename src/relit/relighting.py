@@ -31,6 +31,7 @@ from relit.photo.foreign_images import opened
 from relit.results import Lighting, TransferResult
 from relit.runtime.memo import doing_once
 from relit.runtime.opencv import one_opencv_thread
+from relit.runtime.threads import one_blas_thread
 from relit.runtime.timing import Stopwatch
 from relit.settings.options import TransferOptions
 from relit.settings.studio_lights import studio_light
@@ -51,6 +52,7 @@ _LEAST = 1e-4  # brightness of 1 below which a relit plane is black
 
 
 @one_opencv_thread()
+@one_blas_thread()
 @doing_once()
 def transfer(
     target: AnyImage,

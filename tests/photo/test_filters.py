@@ -8,6 +8,7 @@ from scipy import ndimage
 
 from relit.photo.filters import (
     at_places,
+    close_to,
     closed,
     dilated,
     distance_from,
@@ -60,6 +61,14 @@ def test_a_distance_is_the_least_of_all(share, seed):
     mask = noise(23, 31, seed=seed) < share
     if mask.any():
         np.testing.assert_allclose(distance_from(mask), ndimage.distance_transform_edt(~mask), rtol=1e-6)
+
+
+@given(share=st.floats(0, 1), seed=st.integers(0, 99), reach=st.floats(0.1, 12))
+def test_what_is_close_is_less_far_away(share, seed, reach):
+    mask = noise(23, 31, seed=seed) < share**4  # mostly a few
+    away = ndimage.distance_transform_edt(~mask) if mask.any() else np.full(mask.shape, np.inf)
+    clear = np.abs(away - reach) > 1e-5  # of rounding
+    np.testing.assert_array_equal(close_to(mask, reach)[clear], (away < reach)[clear])
 
 
 def test_nothing_is_far_away():

@@ -185,6 +185,19 @@ def test_narrow_images_can_be_evaluated():
     np.testing.assert_allclose(grid[0], fitted(np.column_stack([np.arange(9), np.zeros(9)])), atol=0.05)
 
 
+@pytest.mark.parametrize("affine", [True, False])
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_a_lattice_has_the_values_of_its_points(kernel, affine):
+    x, y, _ = scattered(9)
+    x[11], y[11] = x[30] + 1e-5, y[30] + 1e-5  # twins
+    fitted = fit_rbf(x, y, kernel=kernel, affine=affine, smoothing=0.01)
+    across, down = np.linspace(-5, 120, 300), np.arange(40)
+    values = fitted.on_lattice(across, down)
+    np.testing.assert_allclose(values, fitted(np.stack(np.meshgrid(across, down), axis=-1)), atol=1e-8)
+    again = fitted.of_terms(fitted.terms(across, down), across, down)
+    np.testing.assert_allclose(again, values, atol=1e-8)
+
+
 def test_hopeless_points_are_named():
     x, y, _ = scattered(7)
     x[11] = x[30] + 1e-9

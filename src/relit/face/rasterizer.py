@@ -9,7 +9,8 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_AT_ONCE = 2**17  # px of boxes that are looked at together: a large grid takes no more memory
+_AT_ONCE = 2**17  # px of triangles that are looked at together: a large grid takes no more memory
+_SLACK = 1e-6  # px by which a span may be too long, so that rounding makes none too short
 _OUT = -1e-9  # how little of a corner still counts as none: a pixel on an edge is in one triangle at least
 
 
@@ -85,22 +86,26 @@ def rasterize(vertices: NDArray[np.float64], triangles: NDArray[np.int32], shape
     nearest = np.full(len(seen), np.inf)
     part = np.cumsum(spans.width) // _AT_ONCE
     for some in np.split(np.arange(len(part)), np.flatnonzero(np.diff(part)) + 1):
-        _draw(vertices, triangles, _Spans(*(each[some] for each in spans)), shape[1], nearest, seen, weights)
+        _draw(_Spans(*(each[..., some] for each in spans)), shape[1], nearest, seen, weights)
     return Raster(seen.reshape(shape[:2]), weights.reshape(*shape[:2], 3))
 
 
 class _Spans(NamedTuple):
-    """The rows of px of the boxes round triangles, in the order of the triangles."""
+    """The rows of px of triangles, in the order of these.
+
+    What a px has of the corners a and b, and its depth, are ``start + (x - left) · rise`` along one.
+    """
 
     triangle: NDArray[Any]
-    area: NDArray[Any]  # twice that of the triangle
     y: NDArray[Any]
     left: NDArray[Any]
     width: NDArray[Any]
+    start: NDArray[Any]  # (3, n)
+    rise: NDArray[Any]
 
 
 def _spans(vertices: NDArray[np.float64], triangles: NDArray[np.int32], shape: tuple[int, ...]) -> _Spans:
-    """Return the px in the boxes round the triangles that show their fronts."""
+    """Return the px of the triangles that show their fronts; at the ends of a row, one may be outside."""
     xy = vertices[triangles, :2]
     (ax, ay), (bx, by), (cx, cy) = xy.transpose(1, 2, 0)
     area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
@@ -108,9 +113,39 @@ def _spans(vertices: NDArray[np.float64], triangles: NDArray[np.int32], shape: t
     first = np.maximum(np.ceil(xy.min(axis=1)), 0)
     last = np.minimum(np.floor(xy.max(axis=1)), [shape[1] - 1, shape[0] - 1])
     front = np.flatnonzero((area > 0) & (first <= last).all(axis=1))
-    (left, top), (width, height) = first[front].T.astype(int), (last - first + 1)[front].T.astype(int)
-    rows = np.repeat(front, height)
-    return _Spans(rows, area[rows], _counted(top, height), np.repeat(left, height), np.repeat(width, height))
+
+    # Of the boxes' first px: what it has of each corner, and its depth; and how that rises along x and y.
+    (left, top), (width, height) = first[front].T, (last - first + 1)[front].T.astype(int)
+    corners = vertices[triangles[front]].transpose(2, 1, 0)
+    (ax, bx, cx), (ay, by, cy), depth = corners - np.stack([left, top, np.zeros_like(left)])[:, None]
+    start, along, down = (
+        np.stack(of) / area[front]
+        for of in (
+            (bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx),
+            (by - cy, cy - ay, ay - by),
+            (cx - bx, ax - cx, bx - ax),
+        )
+    )
+    start, along, down = (np.vstack([of, (of * depth).sum(axis=0)]) for of in (start, along, down))
+
+    row = np.repeat(np.arange(len(front)), height)
+    below = _counted(np.zeros_like(height), height)
+    start, along = start.take(row, axis=1) + down.take(row, axis=1) * below, along.take(row, axis=1)
+    # No px has less than nothing of a corner: that holds from some x on, or up to it.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        nothing = -start[:3] / along[:3]
+    begin = np.ceil(np.where(along[:3] > 0, nothing, 0).max(axis=0) - _SLACK)
+    end = np.floor(np.where(along[:3] < 0, nothing, np.inf).min(axis=0) + _SLACK)
+    begin = np.maximum(begin, 0).astype(int)
+    end = np.minimum(end, width[row] - 1).astype(int)
+    return _Spans(
+        front[row],
+        top.astype(int)[row] + below,
+        left.astype(int)[row] + begin,
+        np.maximum(end - begin + 1, 0),
+        start[[0, 1, 3]] + along[[0, 1, 3]] * begin,
+        along[[0, 1, 3]],
+    )
 
 
 def _counted(first: NDArray[np.intp], count: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -120,8 +155,6 @@ def _counted(first: NDArray[np.intp], count: NDArray[np.intp]) -> NDArray[np.int
 
 
 def _draw(
-    vertices: NDArray[np.float64],
-    triangles: NDArray[np.int32],
     spans: _Spans,
     width: int,
     nearest: NDArray[np.float64],
@@ -129,20 +162,14 @@ def _draw(
     weights: NDArray[np.float32],
 ) -> None:
     """Draw spans of triangles over those behind them; of two in one place, the first stays."""
-    corners = vertices[triangles[spans.triangle]].transpose(2, 1, 0)
-    corners[1] -= spans.y
-    of_span = np.vstack([*corners, spans.area, spans.triangle, spans.y * width])
-    x = _counted(spans.left, spans.width)
-    ax, bx, cx, ay, by, cy, az, bz, cz, area, triangle, row = np.repeat(of_span, spans.width, axis=1)
-    ax, bx, cx = ax - x, bx - x, cx - x
-    at_a = (bx * cy - by * cx) / area
-    at_b = (cx * ay - cy * ax) / area
+    span = np.repeat(np.arange(len(spans.width)), spans.width)
+    along = _counted(np.zeros_like(spans.width), spans.width)
+    at_a, at_b, depth = spans.start.take(span, axis=1) + spans.rise.take(span, axis=1) * along
     at_c = 1 - at_a - at_b
-    depth = at_a * az + at_b * bz + at_c * cz
-    place = row.astype(np.intp) + x
+    place = (spans.y * width + spans.left).take(span) + along
     inside = (at_a >= _OUT) & (at_b >= _OUT) & (at_c >= _OUT)
     drawn = np.flatnonzero(inside & (depth < nearest[place]))
     np.minimum.at(nearest, place[drawn], depth[drawn])
     drawn = drawn[depth[drawn] == nearest[place[drawn]]][::-1]  # the last to be written is the first
-    seen[place[drawn]] = triangle[drawn]
+    seen[place[drawn]] = spans.triangle[span[drawn]]
     weights[place[drawn]] = np.stack([at_a[drawn], at_b[drawn], at_c[drawn]], axis=1)

@@ -16,7 +16,7 @@ from relit.face.views import without_grain
 from relit.photo.channels import moved, repeated, squared_length, within
 from relit.photo.color import luma
 from relit.photo.curves import log
-from relit.photo.filters import dilated, gaussian
+from relit.photo.filters import box_round, dilated, gaussian
 from relit.photo.pixels import to_unit
 from relit.photo.ranks import median
 from relit.runtime.memo import remembered
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 _RIM, _RIM_RENDERED = 0.1, 0.04  # interocular distances: at its outline a mesh is too flat to shade well
 _EDGE = 0.06  # interocular distances by which features are widened, and over which trust turns soft
 _OTHER_LIGHT = 0.6  # in log of the encoded, from skin's colour: of fourteen portraits, hair is at most 0.53
+_ROUND = 0.1  # interocular distances round a face that its grain does not reach over
 _NEAR = 0.02  # interocular distances by which the features of one face are widened
 
 
@@ -70,13 +71,14 @@ def known(
         area = face.skin_area & seen
         if area.any():
             trust *= np.maximum(face.below_brows, view.skin_likeness)
-            theirs = without_grain(reference, iod)
+            part = box_round(face.inside, int(_ROUND * iod) + 1)  # beyond, nothing is trusted
+            theirs, area, below = without_grain(reference[part], iod), area[part], face.below_brows[part]
             skin = skin_of(theirs, area)
             # Below the brows, what is dark may lie in a shadow; above, it is hair or a hat.
             shaded, plain = skin.likeness(theirs, hue_alone=True), skin.likeness(theirs)
             if narrow and theirs.ndim == 3:
                 shaded = np.maximum(shaded, _lit_in_color(theirs, area))
-            trust *= face.below_brows * shaded + (1 - face.below_brows) * plain
+            trust[part] *= below * shaded + (1 - below) * plain
         trust *= 1 - dilated(face.features, _square(edge * iod))
     # What is beside the unknown is half unknown: a mixed pixel, a lens' blur, an alignment that is off.
     sigma = _square(edge * iod / 2) / 2

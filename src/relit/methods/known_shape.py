@@ -15,7 +15,7 @@ import numpy as np
 from relit.face.outline import drawn
 from relit.methods.lit_face import BRIGHTEST
 from relit.photo.curves import log
-from relit.photo.filters import distance_from, gaussian
+from relit.photo.filters import close_to, gaussian
 from relit.photo.ranks import quantile
 from relit.photo.resampling import blurred
 from relit.runtime.memo import remembered
@@ -133,15 +133,12 @@ def _explained_beyond(scene: Scene, target: LitFace, head: NDArray[np.bool_]) ->
 def _fine_shapes(face: FaceRegions) -> Plane:
     """Return where eyes, lids, nostrils and an open mouth are, whose shape no template has, 0 to 1."""
     iod = face.interocular_distance
-    near = np.zeros(face.shape, bool)
-    for name, reach in (("eyes", _LIDS), ("inner_mouth", _LIDS / 2)):
-        hulls = face.hulls((name,))
-        if hulls.any():
-            near |= distance_from(hulls) < reach * iod
+    eyes, mouth = (face.hulls((name,)) for name in ("eyes", "inner_mouth"))
+    fine = close_to(eyes, _LIDS * iod) | close_to(mouth, _LIDS / 2 * iod)
     if face.landmarks.scheme == "mesh478":
         wings = face.landmarks.xy[list(_NOSE_WINGS)]
-        near |= distance_from(drawn([np.vstack([wings, wings[::-1]])], face.shape)) < _WINGS * iod
-    return gaussian(near, _LIDS / 2 * iod)
+        fine |= close_to(drawn([np.vstack([wings, wings[::-1]])], face.shape), _WINGS * iod)
+    return gaussian(fine, _LIDS / 2 * iod)
 
 
 def _above_chest(face: FaceRegions) -> Plane:

@@ -114,8 +114,37 @@ def distance_from(mask: NDArray[np.bool_]) -> Plane:
     """
     if not mask.any():
         return np.full(mask.shape, _FAR, np.float32)
-    away = cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    return np.asarray(away, np.float32)
+    away = np.zeros(mask.shape, np.float32)
+    beyond = ~mask
+    if beyond.any():
+        part = box_round(beyond, 1)  # the way out of it ends beside it
+        given = np.ascontiguousarray(beyond[part]).view(np.uint8)
+        away[part] = cv2.distanceTransform(given, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return away
+
+
+def close_to(mask: NDArray[np.bool_], reach: float) -> NDArray[np.bool_]:
+    """Return where a pixel of a mask is less than `reach` px away.
+
+    Examples
+    --------
+    >>> close_to(np.array([[False, True, False, False]]), 2).tolist()
+    [[True, True, True, False]]
+    """
+    found = np.zeros_like(mask)
+    if mask.any():
+        part = box_round(mask, int(np.ceil(reach)))
+        found[part] = distance_from(mask[part]) < reach
+    return found
+
+
+def box_round(mask: NDArray[np.bool_], around: int) -> tuple[slice, slice]:
+    """Return the rows and columns of a mask, not empty, and so many more on each side."""
+    rows, columns = (np.flatnonzero(mask.any(axis=axis)).tolist() for axis in (1, 0))
+    return (
+        slice(max(rows[0] - around, 0), rows[-1] + around + 1),
+        slice(max(columns[0] - around, 0), columns[-1] + around + 1),
+    )
 
 
 def at_places(

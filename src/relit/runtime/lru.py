@@ -48,8 +48,12 @@ class LRU(Generic[Key, Value]):
     @property
     def size(self) -> int:
         """Bytes that the values hold."""
-        parts = [self._measure(value) for _, value in self.items()]
-        return sum({part: held for of_one in parts for part, held in of_one.items()}.values())
+        return sum(self.parts.values())
+
+    @property
+    def parts(self) -> Mapping[Any, int]:
+        """Bytes of each part of the values."""
+        return {part: held for _, value in self.items() for part, held in self._measure(value).items()}
 
     @property
     def excess(self) -> int:

@@ -20,9 +20,8 @@ import numpy as np
 
 from relit.runtime.lru import LRU
 
-_OF_ONE_CALL = 400_000_000  # bytes: two faces under 100 lamps, of up to 155 MB each, and the small steps
+OF_ONE_CALL = 400_000_000  # bytes: two faces under 100 lamps, of up to 155 MB each, and the small steps
 _PLAIN = frozenset([type(None), bool, int, float, str])  # what most values are, and holds nothing
-_EACH = 8  # results of a step: both photos at two sizes, now and before; more only take time to look through
 
 Given = ParamSpec("Given")
 Made = TypeVar("Made")
@@ -58,6 +57,9 @@ class Memo(Keeper):
     most_bytes : int
         How much the arrays in them, and in what they were made of, may hold; what was not asked for longest
         is forgotten.
+    each : int
+        Of how many calls of a step: by default of both photos at two sizes, now and before. More only take
+        time to look through.
 
     Examples
     --------
@@ -72,14 +74,19 @@ class Memo(Keeper):
     [[0, 2, 4], [0, 2, 4]]
     """
 
-    def __init__(self, most_bytes: int = 100_000_000) -> None:
-        self._most_bytes = most_bytes
+    def __init__(self, most_bytes: int = 100_000_000, each: int = 8) -> None:
+        self._most_bytes, self._each = most_bytes, each
         self._results: LRU[object, _Result] = LRU(most_bytes, lambda result: result.arrays)
 
     @property
     def size(self) -> int:
         """Bytes that the arrays in it hold, each counted once."""
         return self._results.size
+
+    @property
+    def arrays(self) -> Mapping[int, int]:
+        """Bytes of each of them, by what tells one from another."""
+        return self._results.parts
 
     def recall(self, step: Callable[..., Made], given: dict[str, Any], go_on: Callable[[], None]) -> Made:
         """Return what a step gives, without doing it if it was done lately."""
@@ -92,7 +99,7 @@ class Memo(Keeper):
         made = step(**given)
         arrays = _arrays((given, made))
         if sum(arrays.values()) <= self._most_bytes:
-            if len(known) == _EACH:
+            if len(known) == self._each:
                 self._results.pop(known[0][0])
             self._results.put(object(), _Result(step, given, made, arrays))
         return made
@@ -114,7 +121,7 @@ def doing_once(go_on: Callable[[], None] = lambda: None) -> Iterator[None]:
     >>> done
     [1, 2]
     """
-    with nullcontext() if _open.get() else Memo(_OF_ONE_CALL).open(go_on):
+    with nullcontext() if _open.get() else Memo(OF_ONE_CALL).open(go_on):
         yield
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from contextvars import ContextVar, copy_context
 from functools import cache
+from threading import Lock
 from typing import Any, Protocol, TypeVar, cast
 
 from threadpoolctl import ThreadpoolController
@@ -23,6 +24,8 @@ ONE_BLAS_THREAD = dict.fromkeys(
 ) | {"VECLIB_MAXIMUM_THREADS": "1"}
 
 _most: ContextVar[int | None] = ContextVar("most", default=None)
+_lock = Lock()
+_inside, _before = 0, cast("Any", None)
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -122,8 +125,11 @@ def split(size: int, parts: int) -> list[tuple[int, int]]:
     return [(size * part // parts, size * (part + 1) // parts) for part in range(parts)]
 
 
-def one_blas_thread() -> AbstractContextManager[Any]:
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
     """Keep BLAS to one thread: more change the rounding, and on a busy machine wait for one another.
+
+    What a user has set is set again when nobody is inside: to go in again costs nothing.
 
     Examples
     --------
@@ -132,7 +138,18 @@ def one_blas_thread() -> AbstractContextManager[Any]:
     ...     np.linalg.solve(2 * np.eye(2), [1, 2]).tolist()
     [0.5, 1.0]
     """
-    return cast("AbstractContextManager[Any]", _blas().limit(limits=1, user_api="blas"))
+    global _inside, _before
+    with _lock:
+        if _inside == 0:
+            _before = _blas().limit(limits=1, user_api="blas")
+        _inside += 1
+    try:
+        yield
+    finally:
+        with _lock:
+            _inside -= 1
+            if _inside == 0:
+                _before.restore_original_limits()
 
 
 @cache

@@ -20,7 +20,6 @@ from relit.photo.foreign_images import pixels_of
 from relit.photo.pixels import check_samples, from_unit, size_and_dtype, to_unit
 from relit.photo.resampling import blurred
 from relit.runtime.memo import remembered
-from relit.runtime.threads import one_blas_thread
 from relit.warp.rbf import RBF, KernelName, fit_rbf, spacing_of, spread_of
 from relit.warp.similarity import fit_similarity
 
@@ -30,6 +29,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
     from relit.photo.foreign_images import AnyImage
+
+    _Lattice = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 #: What smoothing None tries, in turn, until the map no longer folds: detected points are noisy, and an exact
 #: spline through dense noise can turn over.
@@ -224,18 +225,17 @@ def lay_over(
 
 
 def _least_folded(
-    fit: Callable[..., RBF], ladder: tuple[float, ...], lattices: list[NDArray[np.float64]]
+    fit: Callable[..., RBF], ladder: tuple[float, ...], lattices: list[_Lattice]
 ) -> tuple[RBF, float, float]:
     """Return the map of least smoothing that does not fold, or the last; its smoothing, and its folds."""
     terms: list[NDArray[np.float64]] = []
     for smoothing in ladder:
         interpolant = fit(smoothing=smoothing)
-        with one_blas_thread():
-            terms = terms or [interpolant.terms(lattice.reshape(-1, 2)) for lattice in lattices]
-            folded = max(
-                _folded_share(interpolant.of_terms(known).reshape(lattice.shape))
-                for known, lattice in zip(terms, lattices, strict=True)
-            )
+        terms = terms or [interpolant.terms(*lattice) for lattice in lattices]
+        folded = max(
+            _folded_share(interpolant.of_terms(known, *lattice))
+            for known, lattice in zip(terms, lattices, strict=True)
+        )
         if folded == 0:
             break
     return interpolant, smoothing, folded
@@ -250,11 +250,11 @@ def _anchors(face: NDArray[np.float64], height: int, width: int, margin: float) 
     return np.column_stack([x.ravel()[ring], y.ravel()[ring]])
 
 
-def _lattice(low: NDArray[np.float64], high: NDArray[np.float64], cells: int) -> NDArray[np.float64]:
-    """Return a lattice of so many cells along the sides of a box; fewer, if they would be finer than 2 px."""
+def _lattice(low: NDArray[np.float64], high: NDArray[np.float64], cells: int) -> _Lattice:
+    """Return x and y of a lattice of so many cells along the sides of a box; fewer, if finer than 2 px."""
     sides = np.clip((high - low) / _LEAST_CELL, 8, cells).astype(int) + 1
     x, y = (np.linspace(low[axis], high[axis], sides[axis]) for axis in (0, 1))
-    return np.stack(np.meshgrid(x, y), axis=-1)
+    return x, y
 
 
 def _folded_share(places: NDArray[np.float64]) -> float:

@@ -9,6 +9,7 @@ References
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -37,17 +38,25 @@ class GridSpline:
 
     def at(self, points: Floats) -> Floats:
         """Return the values, (k, m), at (k, 2) places ``(x, y)`` in px."""
-        down = np.stack([self._values, _bends(self._values)])
-        parts = np.stack([down, _bends(down.swapaxes(0, 2)).swapaxes(0, 2)])
         cells = np.minimum(points // self._step, np.array(self._values.shape[1::-1]) - 2)
         of_x, of_y = _weights((points / self._step - cells).T).transpose(2, 0, 1, 3)
         column, row = cells.astype(int).T
-        values = np.zeros((len(points), self._values.shape[2]))
+        width, count = self._values.shape[1:]
+        values = np.zeros((len(points), count))
         for right in (0, 1):
             for below in (0, 1):
-                corners = parts[:, :, row + below, column + right]
-                values += np.einsum("abkm,ak,bk->km", corners, of_x[right], of_y[below])
+                corners = self._parts.take((row + below) * width + column + right, axis=0)
+                weights = of_x[right][:, None] * of_y[below]
+                values += np.einsum("kpm,pk->km", corners, weights.reshape(4, -1))
         return values
+
+    @cached_property
+    def _parts(self) -> Floats:
+        """At each node the value, its bend down, that across, and that of both: (h · w, 4, m)."""
+        down = np.stack([self._values, _bends(self._values)], axis=2)
+        across = _bends(down.swapaxes(0, 1)).swapaxes(0, 1)
+        both = np.concatenate([down, across], axis=2)
+        return both.reshape(-1, *both.shape[2:])
 
     def on_pixels(self, height: int, width: int) -> Floats:
         """Return the values at every pixel, (height, width, m)."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -39,8 +39,14 @@ class Basis:
 
     def __call__(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return Φ T at (k, 2) points: (k, n), of each center φᵢ, or of a twin φᵢ - φⱼ."""
-        square = squared_distances(points, self.centers)
-        square /= self.scale**2
+        return self.of_squares(squared_distances(points, self.centers) / self.scale**2, points)
+
+    def squares(self, places: NDArray[Any], axis: int) -> NDArray[np.float64]:
+        """Return the squared distances of places along one axis from the centers, in units of the scale."""
+        return np.asarray(np.square(np.subtract.outer(places, self.centers[:, axis]) / self.scale))
+
+    def of_squares(self, square: NDArray[np.float64], points: NDArray[Any]) -> NDArray[np.float64]:
+        """Return Φ T at points whose squared distances, in units of the scale, are known: (k, n)."""
         basis = self._phi(square)
         twins, earlier = self._twins
         if len(twins):
@@ -71,8 +77,8 @@ class Basis:
     @cached_property
     def _twins(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """The centers i that nearly coincide with earlier ones, and the nearest such j of each."""
-        apart = np.sqrt(squared_distances(self.centers, self.centers))
-        apart[np.triu_indices(len(apart))] = np.inf
+        square = squared_distances(self.centers, self.centers)
+        apart = np.where(np.tri(len(square), k=-1, dtype=bool), np.sqrt(square), np.inf)
         twins = np.flatnonzero(apart.min(axis=1) < _TWINS * self.scale)
         return twins, apart[twins].argmin(axis=1)
 
@@ -82,9 +88,9 @@ class Basis:
             return np.exp(-square * (self.scale / self.radius) ** 2)
         if self.kernel == "multiquadric":
             return -np.sqrt(square + (self.radius / self.scale) ** 2)
-        made = np.maximum(square, _TINY)  # 0 log 0 is 0
-        made *= self.unit**2
-        made = log(made)
+        made = log(np.maximum(square, _TINY))  # 0 log 0 is 0
+        if self.unit != 1:
+            made += 2 * np.log(self.unit)
         made *= square
         made *= 0.5
         return made
