@@ -116,7 +116,7 @@ export class Session {
     return askJson(`${this.path}/samples`, { method: "POST" });
   }
 
-  /** @returns {Promise<Record<Role, Photo>>} */
+  /** The target becomes a reference at hand, of the name `id`. @returns {Promise<Record<Role, Photo> & {id: string}>} */
   swap() {
     return askJson(`${this.path}/swap`, { method: "POST" });
   }

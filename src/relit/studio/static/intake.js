@@ -43,9 +43,9 @@ export class Intake {
 
   /** @param {Role} role @param {File} file */
   marks(role, file) {
-    return this.attempt(role, async () => {
+    return this.#of(role, file, async () => {
       const format = formatOf(file.name, this.formats);
-      if (!format) throw refusal(`${file.name} is not a landmark file; choose one of ${this.formats.join(", ")}.`);
+      if (!format) throw refusal(`not a landmark file; choose one of ${this.formats.join(", ")}.`);
       await this.#check(file);
       this.taken.marks(role, await this.session.loadLandmarks(role, format, file));
     });
@@ -58,7 +58,7 @@ export class Intake {
     /** @type {Partial<Record<Role, string>>} */
     const names = {};
     const upload = (/** @type {Role} */ role, /** @type {File} */ file) =>
-      this.attempt(role, async () => {
+      this.#of(role, file, async () => {
         await this.#check(file);
         given[role] = await (role === "reference" ? this.addReference(file) : this.session.upload(role, file));
         names[role] = file.name;
@@ -67,13 +67,22 @@ export class Intake {
     if (given.target || given.reference) await this.attempt(null, () => this.taken.photos(given, names));
   }
 
+  /** Do with a file what may be refused, and name it then. @param {Role} role @param {File} file @param {() => Promise<void>} act */
+  #of(role, file, act) {
+    return this.attempt(role, () =>
+      act().catch((error) => {
+        throw error instanceof ApiError ? new ApiError(error.status, error.code, `${file.name}: ${error.message}`) : error;
+      }),
+    );
+  }
+
   /** @param {File} file */
   async #check(file) {
     const mega = (/** @type {number} */ bytes) => Math.round(bytes / 2 ** 20);
     if (file.size > this.limits.bytes) {
-      throw refusal(`${file.name} has ${mega(file.size)} MB; at most ${mega(this.limits.bytes)} are taken. Choose a smaller file.`);
+      throw refusal(`it has ${mega(file.size)} MB; at most ${mega(this.limits.bytes)} are taken. Choose a smaller file.`);
     }
-    if (!(await readable(file))) throw refusal(`${file.name} cannot be read; choose a file, not a folder.`);
+    if (!(await readable(file))) throw refusal("it cannot be read; choose a file, not a folder.");
   }
 }
 

@@ -12,6 +12,7 @@ import { ROLES } from "./pairs.js";
 import { picking } from "./picking.js";
 import { PointTools } from "./tools.js";
 import { Preview } from "./preview.js";
+import { Problems } from "./problems.js";
 import { share } from "./share.js";
 import { Stage } from "./stage.js";
 import { Store } from "./state.js";
@@ -21,7 +22,8 @@ import { begin, keep } from "./visit.js";
 
 /**
  * @typedef {import("./api.js").Role} Role
- * @typedef {{faces: import("./pairs.js").Faces, options: Record<string, any>, reference: string}} Document
+ * @typedef {{faces: import("./pairs.js").Faces, options: Record<string, any>, reference: string,
+ *   slot: string}} Document
  */
 
 const SIDE = 1600; // px of a photo that is shown for its landmarks
@@ -42,13 +44,14 @@ async function start() {
 
   const controls = new Controls(offer.options, $("first"), $("more"));
   /** @type {Store<Document>} */
-  const store = new Store({ faces: { target: null, reference: null }, options: controls.defaults, reference: "" });
+  const store = new Store({ faces: { target: null, reference: null }, options: controls.defaults, reference: "", slot: "a" });
   const sync = new Sync(session);
   const stage = new Stage($("stage"));
   const panels = /** @type {Record<Role, Panel>} */ (
     Object.fromEntries(ROLES.map((role) => [role, new Panel(role, $("photo"), offer.landmark_formats)]))
   );
   for (const role of ROLES) $("pair").append(panels[role].root);
+  const problems = new Problems($("stage-problem"), panels);
   const tools = new PointTools(store, panels, say);
   let seated = Promise.resolve(); // until the server has the reference that is chosen
   const preview = new Preview(
@@ -82,19 +85,22 @@ async function start() {
     if (able) preview.ask({ options: store.now.options, views: stage.wanted, side: stage.side });
     else preview.cancel();
     $("stage").classList.toggle("waiting", !able);
+    $("stage").classList.toggle("seated", Boolean(photos.target));
+    $("stage").classList.toggle("paired", Boolean(photos.target && photos.reference));
     if (!able && photos.target) say("The preview waits for photos and landmarks.");
     $("looks-box").hidden = !(photos.target && tools.usable("target"));
     $("desk").hidden = !photos.target;
     lighting.show(Boolean(photos.reference));
   };
 
-  /** A face that was not found is placed by hand: there, and named. */
+  /** Whether a photo's face was neither found nor placed by hand. @param {Role} role */
+  const faceless = (role) => Boolean(photos[role]?.message) && !tools.usable(role);
+
+  /** A face that was not found is placed by hand: there. */
   const unsure = () => {
-    const lost = ROLES.filter((role) => photos[role]?.message);
-    if (!lost.length) return;
+    if ($("fit").open || !ROLES.some(faceless)) return;
     $("fit").open = true;
-    const told = lost.map((role) => `${names[role] || role}: ${photos[role]?.message}`);
-    $("stage-problem").textContent = told.join(" ");
+    $("fit").scrollIntoView();
   };
 
   /** @param {Role} role @param {import("./api.js").Photo} photo */
@@ -102,7 +108,7 @@ async function start() {
     photos[role] = photo;
     const blob = await session.picture(role, SIDE);
     panels[role].show(blob, photo, names[role]);
-    panels[role].problem(photo.message ?? "");
+    problems.tell(role, photo.message ? `${names[role] || role}: ${photo.message}` : "");
     if (role !== "target") return lighting.desk.source(blob, names.reference);
     stage.before(blob, photo);
     gallery.looks.look(stage.face);
@@ -143,13 +149,12 @@ async function start() {
     for (const panel of busy) panel.busy(true);
     const slow = setTimeout(() => say(doing), 300);
     try {
-      if (role) panels[role].problem("");
-      else $("stage-problem").textContent = "";
+      problems.tell(role ?? "work", "");
       await act();
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      if (role) panels[role].problem(error.message);
-      else $("stage-problem").textContent = error.message;
+      problems.tell(role ?? "work", error.message);
+      say("");
     } finally {
       clearTimeout(slow);
       for (const panel of busy) panel.busy(false);
@@ -167,20 +172,34 @@ async function start() {
       store.set({ faces: { ...store.now.faces, [role]: marks } });
     },
   });
-  /** Files that nobody said the role of: two are a person and a light, more are a film strip. @param {File[]} files */
-  const receive = async (files) => {
+  /**
+   * Two photos are a person and a light, more are a film strip. One goes where there is none, and beside a pair to the
+   * references: nobody is replaced unasked. @param {File[]} files @param {Role} [role] that somebody said
+   */
+  const receive = async (files, role) => {
     const pictures = files.filter((file) => !intake.isMarks(file));
     if (pictures.length > 2) {
       film.clear();
       film.add(pictures);
       return film.choose(0);
     }
-    const empty = ROLES.find((role) => !photos[role]);
-    return intake.receive(files, empty ?? "target");
+    const empty = ROLES.find((one) => !photos[one]) ?? "reference";
+    const lost = ROLES.find(faceless) ?? "target";
+    for (const one of ROLES) if (!faceless(one)) problems.tell(one, "");
+    await intake.receive(files, role ?? (pictures.length ? empty : lost));
   };
   drop = (files) => void receive(files);
   onChosen($("open"), (files) => void receive(files));
-  film.addEventListener("choose", (event) => void intake.receive([/** @type {CustomEvent} */ (event).detail], "target"));
+  for (const zone of document.querySelectorAll("#zones [data-role]")) {
+    const { dataset } = /** @type {HTMLElement} */ (zone);
+    dropZone(/** @type {HTMLElement} */ (zone), (files) => void receive(files, /** @type {Role} */ (dataset.role)));
+  }
+  film.addEventListener("choose", async (event) => {
+    const { at, file } = /** @type {CustomEvent} */ (event).detail;
+    const before = photos.target;
+    await intake.receive([file], "target");
+    film.told(at, photos.target !== before, problems.now.target);
+  });
   film.addEventListener("all", async () => {
     await sync.push(() => store.now.faces);
     const made = await film.export(store.now.options, $("format").value);
@@ -249,11 +268,18 @@ async function start() {
   $("swap").addEventListener("click", () =>
     attempt(null, async () => {
       await sync.push(() => store.now.faces);
-      const given = await session.swap();
+      const { id, ...given } = await session.swap();
       names = { target: names.reference, reference: names.target };
       sync.held = { target: sync.held.reference, reference: sync.held.target };
+      gallery.seat(id, names.reference || "target");
       for (const role of ROLES) await showPhoto(role, given[role]);
-      store.map((one) => ({ ...one, faces: { target: one.faces.reference, reference: one.faces.target } }));
+      // What was done with other references has the one now in the target's seat in theirs.
+      const { reference, faces } = store.now;
+      store.map((one) => {
+        const target = one.reference === reference ? one.faces.reference : faces.reference;
+        return { ...one, faces: { target, reference: one.faces.target }, reference: id };
+      });
+      gallery.looks.renew();
       note();
       say("Target and reference have changed places.");
     }),
@@ -325,7 +351,10 @@ async function start() {
     /** @type {import("./preview.js").Picture} */
     const picture = /** @type {CustomEvent} */ (event).detail;
     controls.forgive();
-    $("stage-problem").textContent = $("points-problem").textContent = "";
+    problems.tell("work", "");
+    $("points-problem").textContent = "";
+    // A face that was placed by hand is found.
+    for (const role of ROLES) if (photos[role]?.message && !faceless(role)) problems.tell(role, "");
     stage.show(picture);
     lighting.desk.light(picture.lamps, picture.fill);
     const { finest, seconds } = picture;
@@ -346,8 +375,9 @@ async function start() {
     // A view that this method does not make: its result says whether anything else is wrong.
     if (stage.tab !== "result" && error.status !== 0 && error.code !== "busy") return stage.open("result");
     const marks = ["bad_landmarks", "no_face"].includes(error.code);
-    const place = controls.blame(error.message) ? null : marks ? "points-problem" : "stage-problem";
-    for (const id of ["points-problem", "stage-problem"]) $(id).textContent = id === place ? error.message : "";
+    const blamed = controls.blame(error.message);
+    $("points-problem").textContent = !blamed && marks ? error.message : "";
+    problems.tell("work", blamed || marks ? "" : error.message);
     say(error.message);
   });
 

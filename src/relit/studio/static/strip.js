@@ -19,7 +19,8 @@ export class FilmStrip extends EventTarget {
     this.session = session;
     /** @type {Frame[]} */
     this.frames = [];
-    this.chosen = 0;
+    this.chosen = -1;
+    this.seen = -1; // which one the page shows
     this.list = this.#part("ol");
     this.run = new AbortController();
     this.#part("[data-do=all]").addEventListener("click", () => this.dispatchEvent(new Event("all")));
@@ -34,6 +35,7 @@ export class FilmStrip extends EventTarget {
 
   clear() {
     this.frames = [];
+    this.chosen = this.seen = -1;
     this.#draw();
   }
 
@@ -41,7 +43,16 @@ export class FilmStrip extends EventTarget {
   choose(at) {
     this.chosen = at;
     this.#draw();
-    this.dispatchEvent(new CustomEvent("choose", { detail: this.frames[at].file }));
+    this.dispatchEvent(new CustomEvent("choose", { detail: { at, file: this.frames[at].file } }));
+  }
+
+  /** What became of one that was chosen. @param {number} at @param {boolean} shown @param {string} problem */
+  told(at, shown, problem) {
+    if (!this.frames[at]) return; // of a strip that is gone
+    this.frames[at].problem = problem;
+    if (shown) this.seen = at;
+    else if (this.chosen === at) this.chosen = this.seen;
+    this.#draw();
   }
 
   /**
