@@ -235,7 +235,9 @@ def test_a_reference_that_was_taken_out_cannot_be_undone_to(alone, photos):
 
 def test_lamps_are_added_coloured_and_taken_away(alone):
     page = alone
+    assert not page.locator("#desk [name=power]").is_visible(), "the strongest lamp counts as 1"
     page.click("#desk [data-do=add]")
+    assert page.locator("#desk [name=power]").nth(1).is_visible()
     page.locator("#desk li").nth(1).locator("[name=color]").fill("#ff8000")
     settled(page)
     assert options(page)["light"].count("+") == 1

@@ -2,11 +2,13 @@
 /** The page: what the visitor does becomes the document, and the document is shown. */
 
 import { ApiError, fetchOptions } from "./api.js";
+import { optionsOf } from "./command.js";
 import { Controls } from "./controls.js";
 import { entered } from "./entry.js";
 import { dropZone, onChosen, save } from "./files.js";
 import { Intake } from "./intake.js";
 import { Lighting } from "./lighting.js";
+import { copied } from "./outgoing.js";
 import { Panel } from "./panel.js";
 import { ROLES } from "./pairs.js";
 import { picking } from "./picking.js";
@@ -19,6 +21,7 @@ import { Store } from "./state.js";
 import { FilmStrip } from "./strip.js";
 import { Sync } from "./sync.js";
 import { begin, keep } from "./visit.js";
+import { first } from "./zip.js";
 
 /**
  * @typedef {import("./api.js").Role} Role
@@ -82,7 +85,7 @@ async function start() {
     $("swap").disabled = !(photos.target && photos.reference);
     $("undo").disabled = !store.past.length;
     $("redo").disabled = !store.future.length;
-    if (able) preview.ask({ options: store.now.options, views: stage.wanted, side: stage.side });
+    if (able) preview.ask({ options: store.now.options, views: stage.wanted, side: stage.side, fine: stage.fine });
     else preview.cancel();
     $("stage").classList.toggle("waiting", !able);
     $("stage").classList.toggle("seated", Boolean(photos.target));
@@ -174,9 +177,15 @@ async function start() {
   });
   /**
    * Two photos are a person and a light, more are a film strip. One goes where there is none, and beside a pair to the
-   * references: nobody is replaced unasked. @param {File[]} files @param {Role} [role] that somebody said
+   * references: nobody is replaced unasked. @param {File[]} given @param {Role} [role] that somebody said
    */
-  const receive = async (files, role) => {
+  const receive = async (given, role) => {
+    const files = [];
+    for (const file of given) {
+      if (/\.json$/i.test(file.name) && (await optionsOf(file))) await loading(file);
+      else files.push(file);
+    }
+    if (!files.length) return undefined;
     const pictures = files.filter((file) => !intake.isMarks(file));
     if (pictures.length > 2) {
       film.clear();
@@ -186,7 +195,7 @@ async function start() {
     const empty = ROLES.find((one) => !photos[one]) ?? "reference";
     const lost = ROLES.find(faceless) ?? "target";
     for (const one of ROLES) if (!faceless(one)) problems.tell(one, "");
-    await intake.receive(files, role ?? (pictures.length ? empty : lost));
+    return intake.receive(files, role ?? (pictures.length ? empty : lost));
   };
   drop = (files) => void receive(files);
   onChosen($("open"), (files) => void receive(files));
@@ -232,7 +241,9 @@ async function start() {
     store.reset({ reference: reference === /** @type {CustomEvent<string>} */ (event).detail ? "" : reference });
     note();
   });
-  share(store, offer.options, () => names, (id) => id in gallery.names, say);
+  const load = share(store, offer.options, () => names, (id) => id in gallery.names, say);
+  const loading = (/** @type {File} */ file) => attempt(null, () => load(file));
+  onChosen($("load-settings"), ([file]) => void loading(file));
   const { viewer } = stage;
   picking(viewer, $("pick"), (place) =>
     attempt(null, async () => {
@@ -241,8 +252,23 @@ async function start() {
       else say("That is beside the face.");
     }),
   );
-  viewer.file = () => ({ url: viewer.pictures.after?.src ?? "", name: `${(names.target || "photo").replace(/\.[^.]*$/, "")}-relit.jpg` });
-  $("copy-picture").addEventListener("click", async () => say((await viewer.copy()) || "Copied the picture."));
+  viewer.file = () => {
+    const { src = "", naturalWidth, naturalHeight } = viewer.pictures.after ?? {};
+    return { url: src, name: `${(names.target || "photo").replace(/\.[^.]*$/, "")}-relit-${naturalWidth}x${naturalHeight}.jpg` };
+  };
+  $("copy-picture").addEventListener("click", () => {
+    if (!ready()) return say("There is no picture yet.");
+    return attempt(null, async () => {
+      const { width, height } = /** @type {import("./api.js").Photo} */ (photos.target);
+      const png = sync
+        .push(() => store.now.faces)
+        .then(() => session.export({ options: store.now.options, format: ".png" }))
+        .then(({ file }) => first(file));
+      const refused = await copied(png);
+      await png; // what the server refuses is its to tell
+      say(refused || `Copied the picture, ${width} × ${height}.`);
+    }, "Making it in full resolution…");
+  });
 
   for (const role of ROLES) {
     const panel = panels[role];
@@ -260,8 +286,8 @@ async function start() {
   $("samples").addEventListener("click", () =>
     attempt(null, async () => {
       const given = await session.samples();
-      names = { target: "sample", reference: "sample" };
-      gallery.seat("sample", "sample");
+      names = { target: "target.png", reference: "reference.jpg" }; // as `relit samples` writes them
+      gallery.seat("sample", names.reference);
       await take(given);
     }),
   );
