@@ -74,6 +74,12 @@ class TestPhotos:
     def test_swapped_roles(self, client, place):
         said = client.post(f"{place}/swap").json()
         assert (said["target"]["width"], said["reference"]["width"]) == (910, 512)
+        held = client.get(f"{place}/references").json()
+        assert held[said["id"]]["width"] == 512, "the former target can be chosen again"
+        again = client.post(f"{place}/swap").json()
+        assert client.get(f"{place}/references").json().keys() >= {said["id"], again["id"]}
+        third = client.post(f"{place}/swap").json()
+        assert third["id"] == said["id"], "and is there once"
 
 
 class TestLandmarks:

@@ -204,10 +204,10 @@ async def put_file(
 
 
 @of_session.post("/swap", responses=described(409))
-def swap(store: Store, session: ThisSession) -> models.Pair:
-    """Swap the roles of the two photos."""
-    store.swap(session)
-    return models.Pair.of(session.portraits)
+def swap(store: Store, session: ThisSession) -> models.Swapped:
+    """Swap the roles of the two photos; the former target is a reference at hand then."""
+    name = store.swap(session)
+    return models.Swapped.of(session.portraits, id=name)
 
 
 @of_session.post("/render", **sends("image/jpeg", "The view.", VIEW_HEADERS, 400, 409))

@@ -250,10 +250,11 @@ class PhotoFacts(BaseModel):
 
 class _ByRole(BaseModel):
     @classmethod
-    def of(cls, portraits: Mapping[str, Portrait]) -> Self:
-        """Describe the photos that there are."""
+    def of(cls, portraits: Mapping[str, Portrait], **more: str) -> Self:
+        """Describe the photos that there are, and what more there is to say."""
         there = dict(portraits)
-        return cls(**{role: PhotoFacts.of(there[role], role) if role in there else None for role in ROLES})
+        photos = {role: PhotoFacts.of(there[role], role) if role in there else None for role in ROLES}
+        return cls(**photos, **more)
 
 
 class Pair(_ByRole):
@@ -261,6 +262,12 @@ class Pair(_ByRole):
 
     target: PhotoFacts
     reference: PhotoFacts
+
+
+class Swapped(Pair):
+    """Both photos, and the name by which the new reference is at hand."""
+
+    id: str
 
 
 class Seats(_ByRole):

@@ -111,11 +111,23 @@ class Sessions:
                 session.portraits = before
                 raise
 
-    def swap(self, session: Session) -> None:
-        """Swap the roles of a session's photos; raise a `StudioError` if one is missing."""
+    def swap(self, session: Session) -> str:
+        """Swap the roles of a session's photos; return the name by which the new reference is at hand.
+
+        Raises
+        ------
+        StudioError
+            If one is missing, or if there are as many references at hand as there may be.
+        """
         with self._lock:
             target, reference = (session.portrait(role, needed=True) for role in ROLES)
+            name = next((name for name, one in session.gallery.items() if one is target), None)
+            if name is None:
+                name = secrets.token_urlsafe(12)
+                _check_room(session)
+                session.gallery = session.gallery | {name: target}
             session.portraits = {"target": reference, "reference": target}
+            return name
 
     def keep_in_gallery(self, session: Session, name: str, portrait: Portrait) -> None:
         """Give a session a reference at hand, in place of one of that name; as `keep` does.
@@ -126,10 +138,8 @@ class Sessions:
             If it has as many others as it may have, or there is no room for it.
         """
         with self._lock:
-            others = session.gallery.keys() - {name, ASIDE}
-            if name != ASIDE and len(others) >= MOST_REFERENCES:
-                message = f"There are {MOST_REFERENCES} references at hand; delete one of them first."
-                raise StudioError(409, "full", message)
+            if name not in session.gallery and name != ASIDE:
+                _check_room(session)
             before, session.gallery = session.gallery, session.gallery | {name: portrait}
             try:
                 self._make_room(session)
@@ -214,3 +224,9 @@ class Sessions:
         for token, session in list(self._by_token.items()):
             if session.used < oldest:
                 del self._by_token[token]
+
+
+def _check_room(session: Session) -> None:
+    if len(session.gallery.keys() - {ASIDE}) >= MOST_REFERENCES:
+        message = f"There are {MOST_REFERENCES} references at hand; delete one of them first."
+        raise StudioError(409, "full", message)

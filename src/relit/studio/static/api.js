@@ -154,7 +154,7 @@ export class Session {
     return this.#json("/samples", { method: "POST" });
   }
 
-  /** @returns {Promise<Record<Role, Photo>>} */
+  /** The target becomes a reference at hand, of the name `id`. @returns {Promise<Record<Role, Photo> & {id: string}>} */
   swap() {
     return this.#json("/swap", { method: "POST" });
   }

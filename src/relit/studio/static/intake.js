@@ -50,9 +50,9 @@ export class Intake {
 
   /** @param {Role} role @param {File} file */
   marks(role, file) {
-    return this.attempt(role, async () => {
+    return this.#of(role, file, async () => {
       const format = formatOf(file.name, this.formats);
-      if (!format) throw refusal(`${file.name} is not a landmark file; choose one of ${this.formats.join(", ")}.`);
+      if (!format) throw refusal(`not a landmark file; choose one of ${this.formats.join(", ")}.`);
       await this.#check(file);
       this.taken.marks(role, await this.session.loadLandmarks(role, format, file));
     });
@@ -66,7 +66,7 @@ export class Intake {
     const signal = target && this.target.next();
     const wish = reference && this.lighting.newest.next();
     const upload = (/** @type {Role} */ role, /** @type {File} */ file) =>
-      this.attempt(role, async () => {
+      this.#of(role, file, async () => {
         await this.#check(file);
         if (role === "reference") given.reference = await this.lighting.gallery.add(file);
         else given.target = await this.session.upload(role, file, signal);
@@ -78,16 +78,25 @@ export class Intake {
       this.taking = this.taking.then(() => this.attempt(null, () => this.taken.photos(given, { target, reference })));
       return this.taking;
     };
-    return target ? this.sync.exchange("target", act) : act();
+    return target ? this.sync.exchange(["target"], act) : act();
+  }
+
+  /** Do with a file what may be refused, and name it then. @param {Role} role @param {File} file @param {() => Promise<void>} act */
+  #of(role, file, act) {
+    return this.attempt(role, () =>
+      act().catch((error) => {
+        throw error instanceof ApiError ? new ApiError(error.status, error.code, `${file.name}: ${error.message}`) : error;
+      }),
+    );
   }
 
   /** @param {File} file */
   async #check(file) {
     const mega = (/** @type {number} */ bytes) => Math.round(bytes / 2 ** 20);
     if (file.size > this.limits.bytes) {
-      throw refusal(`${file.name} has ${mega(file.size)} MB; at most ${mega(this.limits.bytes)} are taken. Choose a smaller file.`);
+      throw refusal(`it has ${mega(file.size)} MB; at most ${mega(this.limits.bytes)} are taken. Choose a smaller file.`);
     }
-    if (!(await readable(file))) throw refusal(`${file.name} cannot be read; choose a file, not a folder.`);
+    if (!(await readable(file))) throw refusal("it cannot be read; choose a file, not a folder.");
   }
 }
 

@@ -3,6 +3,7 @@
 
 import { LightDesk } from "./desk.js";
 import { Gallery } from "./gallery.js";
+import { typed } from "./hold.js";
 import { Newest } from "./newest.js";
 
 /** Options that carry a light; another light begins without them. */
@@ -36,8 +37,7 @@ export class Lighting extends EventTarget {
     });
     this.gallery.looks.addEventListener("star", () => this.dispatchEvent(new Event("note")));
     window.addEventListener("keydown", ({ target, key, ctrlKey, metaKey, altKey, defaultPrevented }) => {
-      const typing = target instanceof HTMLSelectElement || target instanceof HTMLInputElement;
-      if (!defaultPrevented && !typing && !ctrlKey && !metaKey && !altKey && /^[1-9]$/.test(key)) this.gallery.looks.pick(Number(key));
+      if (!defaultPrevented && !typed(target) && !ctrlKey && !metaKey && !altKey && /^[1-9]$/.test(key)) this.gallery.looks.pick(Number(key));
     });
   }
 

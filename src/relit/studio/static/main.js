@@ -13,6 +13,7 @@ import { ROLES } from "./pairs.js";
 import { picking } from "./picking.js";
 import { PointTools } from "./tools.js";
 import { Preview } from "./preview.js";
+import { Problems } from "./problems.js";
 import { refill } from "./revival.js";
 import { share } from "./share.js";
 import { Stage } from "./stage.js";
@@ -23,7 +24,8 @@ import { begin, hold, keep } from "./visit.js";
 
 /**
  * @typedef {import("./api.js").Role} Role
- * @typedef {{faces: import("./pairs.js").Faces, options: Record<string, any>, reference: string}} Document
+ * @typedef {{faces: import("./pairs.js").Faces, options: Record<string, any>, reference: string,
+ *   slot: string}} Document
  */
 
 const SIDE = 1600; // px of a photo that is shown for its landmarks
@@ -46,13 +48,14 @@ async function start() {
 
   const controls = new Controls(offer.options, $("first"), $("more"));
   /** @type {Store<Document>} */
-  const store = new Store({ faces: { target: null, reference: null }, options: controls.defaults, reference: "" });
+  const store = new Store({ faces: { target: null, reference: null }, options: controls.defaults, reference: "", slot: "a" });
   const sync = new Sync(session, () => refresh());
   const stage = new Stage($("stage"));
   const panels = /** @type {Record<Role, Panel>} */ (
     Object.fromEntries(ROLES.map((role) => [role, new Panel(role, $("photo"), offer.landmark_formats)]))
   );
   for (const role of ROLES) $("pair").append(panels[role].root);
+  const problems = new Problems($("stage-problem"), panels);
   const tools = new PointTools(store, panels, say);
   const seats = new Newest(); // of the references that the server is asked to have
   let seated = Promise.resolve(); // until it has the one that is chosen
@@ -95,19 +98,22 @@ async function start() {
     if (able) preview.ask({ options, reference: reference || null, views: stage.wanted, side: stage.side });
     else preview.cancel();
     $("stage").classList.toggle("waiting", !able);
+    $("stage").classList.toggle("seated", Boolean(photos.target));
+    $("stage").classList.toggle("paired", Boolean(photos.target && photos.reference));
     if (!able && photos.target) say("The preview waits for photos and landmarks.");
     $("looks-box").hidden = !(photos.target && tools.usable("target"));
     $("desk").hidden = !photos.target;
     lighting.show(Boolean(photos.reference));
   };
 
-  /** A face that was not found is placed by hand: there, and named. */
+  /** Whether a photo's face was neither found nor placed by hand. @param {Role} role */
+  const faceless = (role) => Boolean(photos[role]?.message) && !tools.usable(role);
+
+  /** A face that was not found is placed by hand: there. */
   const unsure = () => {
-    const lost = ROLES.filter((role) => photos[role]?.message);
-    if (!lost.length) return;
+    if ($("fit").open || !ROLES.some(faceless)) return;
     $("fit").open = true;
-    const told = lost.map((role) => `${names[role] || role}: ${photos[role]?.message}`);
-    $("stage-problem").textContent = told.join(" ");
+    $("fit").scrollIntoView();
   };
 
   /** @param {Role} role @param {import("./api.js").Photo} photo @param {AbortSignal} [signal] */
@@ -116,7 +122,7 @@ async function start() {
     signal?.throwIfAborted();
     photos[role] = photo;
     panels[role].show(blob, photo, names[role]);
-    panels[role].problem(photo.message ?? "");
+    problems.tell(role, photo.message ? `${names[role] || role}: ${photo.message}` : "");
     if (role !== "target") return lighting.desk.source(blob, names.reference);
     stage.before(blob, photo);
     gallery.looks.look(stage.face);
@@ -163,14 +169,13 @@ async function start() {
     for (const panel of busy) panel.busy(true);
     const slow = setTimeout(() => say(doing), 300);
     try {
-      if (role) panels[role].problem("");
-      else $("stage-problem").textContent = "";
+      problems.tell(role ?? "work", "");
       await act();
     } catch (error) {
       if (isAborted(error)) return; // something newer is under way
       if (!(error instanceof ApiError)) throw error;
-      if (role) panels[role].problem(error.message);
-      else $("stage-problem").textContent = error.message;
+      problems.tell(role ?? "work", error.message);
+      say("");
     } finally {
       clearTimeout(slow);
       for (const panel of busy) panel.busy(false);
@@ -193,7 +198,7 @@ async function start() {
   const choose = (id) => {
     const wish = lighting.newest.next();
     seated = attempt("reference", () =>
-      sync.exchange("reference", async () => {
+      sync.exchange(["reference"], async () => {
         const change = { faces: { ...store.now.faces, reference: await seat(id) }, reference: id };
         change.faces.target = store.now.faces.target;
         // A lamp that was chosen meanwhile stays.
@@ -225,23 +230,33 @@ async function start() {
       store.set({ faces: { ...store.now.faces, [role]: marks } });
     },
   });
-  /** Files that nobody said the role of: two are a person and a light, more are a film strip. @param {File[]} files */
-  const receive = async (files) => {
+  /**
+   * Two photos are a person and a light, more are a film strip. One goes where there is none, and beside a pair to the
+   * references: nobody is replaced unasked. @param {File[]} files @param {Role} [role] that somebody said
+   */
+  const receive = async (files, role) => {
     const pictures = files.filter((file) => !intake.isMarks(file));
     if (pictures.length > 2) {
       film.clear();
       film.add(pictures);
       return film.choose(0);
     }
-    const empty = ROLES.find((role) => !photos[role]);
-    return intake.receive(files, empty ?? "target");
+    const empty = ROLES.find((one) => !photos[one]) ?? "reference";
+    const lost = ROLES.find(faceless) ?? "target";
+    for (const one of ROLES) if (!faceless(one)) problems.tell(one, "");
+    await intake.receive(files, role ?? (pictures.length ? empty : lost));
   };
   drop = (files) => void receive(files);
   onChosen($("open"), (files) => void receive(files));
+  for (const zone of document.querySelectorAll("#zones [data-role]")) {
+    const { dataset } = /** @type {HTMLElement} */ (zone);
+    dropZone(/** @type {HTMLElement} */ (zone), (files) => void receive(files, /** @type {Role} */ (dataset.role)));
+  }
   film.addEventListener("choose", async (event) => {
-    const { at, file } = /** @type {CustomEvent} */ (event).detail;
-    await intake.receive([file], "target");
-    if (film.chosen === at) film.inHand(files.target); // unless another one is on its way
+    /** @type {import("./strip.js").Frame} */
+    const frame = /** @type {CustomEvent} */ (event).detail;
+    await intake.receive([frame.file], "target");
+    film.told(frame, problems.now.target, files.target);
   });
   film.addEventListener("made", (event) => save(/** @type {CustomEvent<Blob>} */ (event).detail, "relit-photos.zip"));
   lighting.addEventListener("reference", (event) => void choose(/** @type {CustomEvent<string>} */ (event).detail));
@@ -287,23 +302,35 @@ async function start() {
   $("samples").addEventListener("click", () =>
     attempt(null, async () => {
       for (const newest of [intake.target, lighting.newest, seats]) newest.next();
-      const given = await session.samples();
-      names = { target: "sample", reference: "sample" };
-      gallery.seat("sample", "sample");
-      await take(given);
+      await sync.exchange(ROLES, async () => {
+        const given = await session.samples();
+        names = { target: "sample", reference: "sample" };
+        gallery.seat("sample", "sample");
+        await take(given);
+      });
     }),
   );
   $("swap").addEventListener("click", () =>
     attempt(null, async () => {
       await agree();
-      const given = await session.swap();
-      names = { target: names.reference, reference: names.target };
-      Object.assign(files, { target: files.reference, reference: files.target });
-      film.inHand(files.target);
-      sync.held = { target: sync.held.reference, reference: sync.held.target };
-      for (const role of ROLES) await showPhoto(role, given[role]);
-      store.map((one) => ({ ...one, faces: { target: one.faces.reference, reference: one.faces.target } }));
-      note();
+      await sync.exchange(ROLES, async () => {
+        const { id, ...given } = await session.swap();
+        names = { target: names.reference, reference: names.target };
+        Object.assign(files, { target: files.reference, reference: files.target });
+        if (files.reference) gallery.files.set(id, files.reference);
+        film.inHand(files.target);
+        sync.held = { target: sync.held.reference, reference: sync.held.target };
+        gallery.seat(id, names.reference || "target");
+        for (const role of ROLES) await showPhoto(role, given[role]);
+        // What was done with other references has the one now in the target's seat in theirs.
+        const { reference, faces } = store.now;
+        store.map((one) => {
+          const target = one.reference === reference ? one.faces.reference : faces.reference;
+          return { ...one, faces: { target, reference: one.faces.target }, reference: id };
+        });
+        gallery.looks.renew();
+        note();
+      });
       say("Target and reference have changed places.");
     }),
   );
@@ -359,13 +386,12 @@ async function start() {
       note();
     }
     const { reference, faces } = store.now;
-    const frame = film.frame(files.target);
-    if (frame && before.faces.target !== faces.target) frame.marks = faces.target?.detected ? null : faces.target;
+    if (before.faces.target !== faces.target) film.placed(files.target, faces.target);
     if (reference !== before.reference) {
       if (!before.reference) forget("");
       // Undone, or redone.
       if (reference && reference !== gallery.asked) {
-        seated = attempt("reference", () => sync.exchange("reference", () => seat(reference).then(() => {})));
+        seated = attempt("reference", () => sync.exchange(["reference"], () => seat(reference).then(() => {})));
       }
     }
     tools.show();
@@ -386,7 +412,10 @@ async function start() {
     /** @type {import("./preview.js").Picture} */
     const picture = /** @type {CustomEvent} */ (event).detail;
     controls.forgive();
-    $("stage-problem").textContent = $("points-problem").textContent = "";
+    problems.tell("work", "");
+    $("points-problem").textContent = "";
+    // A face that was placed by hand is found.
+    for (const role of ROLES) if (photos[role]?.message && !faceless(role)) problems.tell(role, "");
     stage.show(picture);
     lighting.desk.light(picture.lamps, picture.fill);
     const { finest, seconds } = picture;
@@ -407,8 +436,9 @@ async function start() {
     // A view that this method does not make: its result says whether anything else is wrong.
     if (stage.tab !== "result" && error.status !== 0 && error.code !== "busy") return stage.open("result");
     const marks = ["bad_landmarks", "no_face"].includes(error.code);
-    const place = controls.blame(error.message) ? null : marks ? "points-problem" : "stage-problem";
-    for (const id of ["points-problem", "stage-problem"]) $(id).textContent = id === place ? error.message : "";
+    const blamed = controls.blame(error.message);
+    $("points-problem").textContent = !blamed && marks ? error.message : "";
+    problems.tell("work", blamed || marks ? "" : error.message);
     say(error.message);
   });
 

@@ -18,7 +18,7 @@ async function copy(text, say) {
 }
 
 /**
- * @template {{options: Record<string, any>, reference: string, faces: import("./pairs.js").Faces}} T
+ * @template {{options: Record<string, any>, reference: string, faces: import("./pairs.js").Faces, slot: string}} T
  * @param {import("./state.js").Store<T>} store
  * @param {import("./api.js").Option[]} declared
  * @param {() => {target: string, reference: string}} names
@@ -41,27 +41,27 @@ export function share(store, declared, names, held, say) {
 
 /**
  * A and B: each keeps what was set while it was chosen, and not the photo that it is looked at on.
- * @template {{options: Record<string, any>, reference: string, faces: import("./pairs.js").Faces}} T
+ * @template {{options: Record<string, any>, reference: string, faces: import("./pairs.js").Faces, slot: string}} T
  * @param {import("./state.js").Store<T>} store @param {(reference: string) => boolean} held
  * @param {(text: string) => void} say
  */
 function twoSettings(store, held, say) {
   /** @type {Record<string, T>} */
   const kept = {};
-  let chosen = "a";
+  const slots = ["a", "b"];
   const show = () => {
-    for (const slot of ["a", "b"]) $(`slot-${slot}`).setAttribute("aria-pressed", String(slot === chosen));
+    // Which one it is can be undone as well: what is undone is always that of the one that is lit.
+    kept[store.now.slot] = store.now;
+    for (const slot of slots) $(`slot-${slot}`).setAttribute("aria-pressed", String(slot === store.now.slot));
   };
-  for (const slot of ["a", "b"]) {
+  for (const slot of slots) {
     $(`slot-${slot}`).addEventListener("click", () => {
-      if (slot === chosen) return;
-      kept[chosen] = store.now;
-      chosen = slot;
-      show();
-      if (kept[slot]) store.set(/** @type {Partial<T>} */ (ofSlot(store.now, kept[slot], held)));
+      if (slot === store.now.slot) return;
+      store.set(/** @type {Partial<T>} */ ({ slot, ...ofSlot(store.now, kept[slot] ?? store.now, held) }));
       say(`Settings ${slot.toUpperCase()}.`);
     });
   }
+  store.addEventListener("change", show);
   show();
 }
 

@@ -53,7 +53,14 @@ export class FilmStrip extends EventTarget {
   choose(at) {
     this.chosen = at;
     this.#draw();
-    this.dispatchEvent(new CustomEvent("choose", { detail: { at, file: this.frames[at].file } }));
+    this.dispatchEvent(new CustomEvent("choose", { detail: this.frames[at] }));
+  }
+
+  /** What became of one that was chosen, unless another has been since. @param {Frame} frame @param {string} problem @param {File | null} file in hand */
+  told(frame, problem, file) {
+    if (this.frames[this.chosen] !== frame) return;
+    frame.problem = problem;
+    this.inHand(file);
   }
 
   /** The photo that is in hand, which may be none of these. @param {File | null} file */
@@ -62,9 +69,19 @@ export class FilmStrip extends EventTarget {
     this.#draw();
   }
 
-  /** The frame of a file. @param {File | null} file */
+  /** The frame of a file. @param {File | null | undefined} file */
   frame(file) {
     return this.frames.find((frame) => frame.file === file);
+  }
+
+  /** The landmarks of a photo in hand, which may be none of these. @param {File | null} file @param {Marks | null} marks */
+  placed(file, marks) {
+    const frame = this.frame(file);
+    if (!frame) return;
+    frame.marks = marks?.detected ? null : marks;
+    if (!frame.marks || !frame.problem) return;
+    frame.problem = "";
+    this.#draw();
   }
 
   /** Relight all, and save them together; what is refused is told, and the others go on. */

@@ -27,17 +27,17 @@ export class Sync {
   }
 
   /**
-   * Exchange a photo: from before the server is asked until the page has its landmarks, none are sent, since nobody
+   * Exchange photos: from before the server is asked until the page has its landmarks, none are sent, since nobody
    * knows which photo they would come to.
-   * @template T @param {Role} role @param {() => Promise<T>} act @returns {Promise<T>}
+   * @template T @param {readonly Role[]} roles @param {() => Promise<T>} act @returns {Promise<T>}
    */
-  async exchange(role, act) {
-    this.leaving[role] += 1;
+  async exchange(roles, act) {
+    for (const role of roles) this.leaving[role] += 1;
     try {
       await this.queue;
       return await act();
     } finally {
-      this.leaving[role] -= 1;
+      for (const role of roles) this.leaving[role] -= 1;
       if (this.waiting) this.resume();
     }
   }
