@@ -87,10 +87,13 @@ class TestSessions:
         assert (answer.status_code, answer.json()["error"]["code"]) == (404, "not_found")
         assert client.get(f"{place}/photos/target").status_code == 200
 
-    def test_idle_ones_expire(self, clock):
-        store = Sessions()
+    @pytest.mark.parametrize("expires", [module.EXPIRES, module.EXPIRES_AT_HOME])
+    def test_idle_ones_expire(self, clock, expires):
+        store = Sessions(expires=expires)
         token = store.begin()
-        clock.pass_by(module.EXPIRES + 1)
+        clock.pass_by(expires - 1)
+        assert store.get(token)
+        clock.pass_by(expires + 1)
         with pytest.raises(StudioError, match="has ended"):
             store.get(token)
         assert len(store) == 0

@@ -32,7 +32,7 @@ def studio(photos: tuple[str, ...], port: int, opened: bool) -> None:
         raise click.UsageError("Give a TARGET and a REFERENCE, or neither.")
     app, server = studio_module("app"), studio_module("server")
     limits = app.PERSONAL
-    sessions = app.Sessions(limits)
+    sessions = app.Sessions(limits, app.EXPIRES_AT_HOME)
     token = ""
     if photos:
         with progress("Reading the photos"):

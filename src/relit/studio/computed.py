@@ -73,6 +73,7 @@ async def posted(request: Request, session: Session, role: str, keep: Callable[[
 
         def find(go_on: GoOn) -> Portrait:
             portrait = find_face(data, role, pixels, go_on)
+            go_on()  # whoever has called it off meanwhile has another photo in mind
             keep(portrait)
             return portrait
 

@@ -134,6 +134,9 @@ class ExportRequest(BaseModel):
     options: _Options = {}
     format: Literal[".png", ".jpg", ".tif", ".ora", ".psd", ".exr"] = ".png"
     target: str | None = Field(None, pattern=REFERENCE_ID)
+    reference: str | None = Field(
+        None, pattern=REFERENCE_ID, description="Of those at hand, the one that gives the light."
+    )
 
 
 class Problem(BaseModel):

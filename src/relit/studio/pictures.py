@@ -56,6 +56,16 @@ class Asked(Protocol):
     reference: str | None
 
 
+class Ordered(Protocol):
+    """What an export is asked to be: in which format, of which target and by which reference at hand."""
+
+    target: str | None
+    reference: str | None
+
+    @property
+    def format(self) -> str: ...  # noqa: D102
+
+
 def preview_of(portrait: Portrait, side: int) -> Photo:
     """Return the photo in sRGB, its longest side at most so many px and reduced by a whole factor."""
     if side not in portrait.previews:
@@ -100,21 +110,21 @@ def memory_of_preview(session: Session, options: TransferOptions, asked: Asked) 
     return needs.of_transfer(*_pair(photos), options, smaller=(first, last), detail=_detail(options, asked))
 
 
-def memory_of_export(session: Session, options: TransferOptions, suffix: str, target: str | None) -> int:
+def memory_of_export(session: Session, options: TransferOptions, ordered: Ordered) -> int:
     """Return the bytes that `exported` takes, or with a target `exported_at_hand`; raise as they do."""
-    faces = _faces(session, options) | ({} if target is None else _at_hand(session, target))
-    return needs.of_transfer(*_pair(list(faces.values())), options, suffix=suffix)
+    faces = _ordered(session, options, ordered)
+    return needs.of_transfer(*_pair(list(faces.values())), options, suffix=ordered.format)
 
 
 def exported(
-    session: Session, options: TransferOptions, suffix: str, go_on: Callable[[], None] = lambda: None
+    session: Session, options: TransferOptions, ordered: Ordered, go_on: Callable[[], None] = lambda: None
 ) -> bytes:
     """Return what ``relit transfer --config settings.json`` makes of the same photos, and what it takes.
 
     Before each step `go_on` is called: what it raises ends the work.
     """
-    faces = _faces(session, options)
-    image = _file_of(faces, options, suffix, go_on)
+    faces = _ordered(session, options, ordered)
+    image = _file_of(faces, options, ordered.format, go_on)
     landmarks = {role: marks for role, (_, marks) in faces.items()}
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
@@ -126,16 +136,19 @@ def exported(
 
 
 def exported_at_hand(
-    session: Session, options: TransferOptions, suffix: str, target: str, go_on: Callable[[], None]
+    session: Session, options: TransferOptions, ordered: Ordered, go_on: Callable[[], None]
 ) -> bytes:
     """Return the file of another photo, one at hand, in the same light; as `exported` does."""
-    faces = _faces(session, options) | _at_hand(session, target)
-    return _file_of(faces, options, suffix, go_on).getvalue()
+    return _file_of(_ordered(session, options, ordered), options, ordered.format, go_on).getvalue()
 
 
-def _at_hand(session: Session, target: str) -> Faces:
-    portrait = session.in_gallery(target, needed=True)
-    return {"target": (portrait.photo, portrait.face("target"))}
+def _ordered(session: Session, options: TransferOptions, ordered: Ordered) -> Faces:
+    if ordered.target is None:
+        return _faces(session, options, reference=ordered.reference)
+    ready = {role: session.ready(role, ordered.reference) for role in _roles(options)[1:]}
+    portrait = session.in_gallery(ordered.target, needed=True)
+    ready = {"target": (portrait, portrait.face("target"))} | ready
+    return {role: (one.photo, marks) for role, (one, marks) in ready.items()}
 
 
 def lost_in_export(session: Session, suffix: str, target: str | None) -> tuple[str, ...]:

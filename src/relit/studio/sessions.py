@@ -18,9 +18,13 @@ from relit.studio.session import ROLES, Portrait, Session, StudioError, busy
 
 #: Seconds without a request after which a session ends.
 EXPIRES = 3600
+#: The same at one's own machine, where a page may be left open over a holiday.
+EXPIRES_AT_HOME = 30 * 24 * 3600
 
 #: References that a session may have at hand.
 MOST_REFERENCES = 24
+#: Beside them it may have a photo of this name, which is to be relit next.
+ASIDE = "film"
 
 
 class Sessions:
@@ -31,10 +35,12 @@ class Sessions:
     limits : Limits
         Of them, `sessions`, `sessions_per_client`, `live_seconds` and `memory`. Where there are as many
         sessions as there may be, the one unused longest makes way for a new one, unless it is live.
+    expires : int
+        Seconds without a request after which a session ends.
     """
 
-    def __init__(self, limits: Limits = Limits()) -> None:
-        self._limits = limits
+    def __init__(self, limits: Limits = Limits(), expires: int = EXPIRES) -> None:
+        self._limits, self.expires = limits, expires
         self._by_token: dict[str, Session] = {}  # the one unused longest first
         self._lock = threading.Lock()
 
@@ -132,7 +138,7 @@ class Sessions:
             If it has as many others as it may have, or there is no room for it.
         """
         with self._lock:
-            if name not in session.gallery:
+            if name not in session.gallery and name != ASIDE:
                 _check_room(session)
             before, session.gallery = session.gallery, session.gallery | {name: portrait}
             try:
@@ -214,13 +220,13 @@ class Sessions:
             other.forget()
 
     def _end_expired(self) -> None:
-        oldest = time.monotonic() - EXPIRES
+        oldest = time.monotonic() - self.expires
         for token, session in list(self._by_token.items()):
             if session.used < oldest:
                 del self._by_token[token]
 
 
 def _check_room(session: Session) -> None:
-    if len(session.gallery) >= MOST_REFERENCES:
+    if len(session.gallery.keys() - {ASIDE}) >= MOST_REFERENCES:
         message = f"There are {MOST_REFERENCES} references at hand; delete one of them first."
         raise StudioError(409, "full", message)

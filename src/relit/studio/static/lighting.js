@@ -4,6 +4,7 @@
 import { LightDesk } from "./desk.js";
 import { Gallery } from "./gallery.js";
 import { typed } from "./hold.js";
+import { Newest } from "./newest.js";
 
 /** Options that carry a light; another light begins without them. */
 const CARRIED = { turn: 0, tilt: 0 };
@@ -18,6 +19,7 @@ export class Lighting extends EventTarget {
   constructor(session, offer, store, desk, looks, sequence) {
     super();
     this.store = store;
+    this.newest = new Newest(); // of all lights that were wished for
     this.desk = new LightDesk(desk, offer.lights);
     this.gallery = new Gallery(looks, session, Object.keys(offer.lights), () => {
       const now = sequence();
@@ -53,6 +55,7 @@ export class Lighting extends EventTarget {
 
   /** @param {Record<string, any>} changes @param {string | null} tag */
   #set(changes, tag) {
+    if ("light" in changes) this.newest.next();
     this.store.set({ options: { ...this.store.now.options, ...changes } }, tag);
   }
 }
