@@ -227,7 +227,7 @@ async def render(request: Request, session: ThisSession, wanted: models.RenderRe
             raise StudioError(409, "stale", "A newer preview was asked for.")
 
     def view(go_on: GoOn) -> Response:
-        result, factor = rendered(session, settings, wanted, go_on)
+        result, factor, alpha = rendered(session, settings, wanted, go_on)
         views = views_of(result)
         if wanted.view not in views:
             raise StudioError(400, "bad_option", f"method {settings.method} has no view {wanted.view}.")
@@ -237,7 +237,8 @@ async def render(request: Request, session: ThisSession, wanted: models.RenderRe
             "X-Relit-Lambda-Px": f"{result.view.factor * factor / result.lam:.2f}",
             "X-Relit-Seconds": f"{sum(result.seconds.values()):.3f}",
         } | light_headers(result)
-        return Response(jpeg(views[wanted.view]()), media_type="image/jpeg", headers=headers)
+        seen = jpeg(views[wanted.view](), alpha if wanted.view == "result" else None)
+        return Response(seen, media_type="image/jpeg", headers=headers)
 
     still_wanted()
     return await computed(request, session, view, memory_of_preview(session, settings, wanted), still_wanted)

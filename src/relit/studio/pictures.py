@@ -43,6 +43,7 @@ VIEWS = (
 )
 
 _ENDINGS = {".exr": ".layers.exr"}  # of exported files, where another than the format's
+_SQUARE, _GREYS = 8, (0.75, 0.9)  # px and shades of the chequer behind what is transparent
 _LOOKED_AT = 40.0  # px between the eyes at which a part of a face is told: its edges are soft
 #: The longest side in px of a preview that is one of many.
 THUMBNAIL = 256
@@ -69,8 +70,10 @@ class Ordered(Protocol):
 def preview_of(portrait: Portrait, side: int) -> Photo:
     """Return the photo in sRGB, its longest side at most so many px and reduced by a whole factor."""
     if side not in portrait.previews:
-        photo = replace(portrait.photo, alpha=None)
-        small = replace(photo, pixels=reduced(photo.pixels, _factor(photo, side))).to_profile(None)
+        photo = portrait.photo
+        factor = _factor(photo, side)
+        alpha = None if photo.alpha is None else reduced(photo.alpha, factor)
+        small = replace(photo, pixels=reduced(photo.pixels, factor), alpha=alpha).to_profile(None)
         if len(portrait.previews) > 2:
             portrait.previews.clear()
         portrait.previews[side] = replace(small, pixels=from_unit(to_unit(small.pixels), np.uint8))
@@ -84,18 +87,20 @@ def _factor(photo: Photo, side: int) -> int:
 
 def rendered(
     session: Session, options: TransferOptions, asked: Asked, go_on: Callable[[], None]
-) -> tuple[TransferResult, int]:
+) -> tuple[TransferResult, int, NDArray[Any] | None]:
     """Relight the session's target at the size of a preview; return by how much that was reduced, too.
+
+    The last is the opacity at that size, if the photo has one.
 
     Before each step `go_on` is called: what it raises ends the work.
     """
     go_on()
     session = copy.copy(session)  # with what it has now: a photo may be exchanged meanwhile
-    factor = _factor(session.portrait("target", needed=True).photo, asked.side)
+    target = session.portrait("target", needed=True)
     with (session.small if asked.side <= THUMBNAIL else session.memo).open(go_on):
-        return _relit(
-            _faces(session, options, asked.side, asked.reference), options, _detail(options, asked)
-        ), factor
+        faces = _faces(session, options, asked.side, asked.reference)
+        result = _relit(faces, options, _detail(options, asked))
+    return result, _factor(target.photo, asked.side), faces["target"][0].alpha
 
 
 def _detail(options: TransferOptions, asked: Asked) -> float:
@@ -263,8 +268,16 @@ def window_of(result: TransferResult, view: str) -> tuple[float, float, float, f
     return left / width, top / height, (right - left) / width, (bottom - top) / height
 
 
-def jpeg(pixels: NDArray[Any]) -> bytes:
-    """Return pixels as a JPEG."""
+def jpeg(pixels: NDArray[Any], alpha: NDArray[Any] | None = None) -> bytes:
+    """Return pixels as a JPEG; where they are transparent, a chequer is seen through them."""
+    seen = to_unit(pixels)
+    if alpha is not None:
+        row, column = np.ogrid[: alpha.shape[0], : alpha.shape[1]]
+        squares = np.where((row // _SQUARE + column // _SQUARE) % 2, *_GREYS).astype(np.float32)
+        share = to_unit(alpha)
+        if seen.ndim == 3:
+            squares, share = squares[..., None], share[..., None]
+        seen = squares + share * (seen - squares)
     buffer = io.BytesIO()
-    Image.fromarray(from_unit(to_unit(pixels), np.uint8)).save(buffer, "JPEG", quality=90)
+    Image.fromarray(from_unit(seen, np.uint8)).save(buffer, "JPEG", quality=90)
     return buffer.getvalue()
