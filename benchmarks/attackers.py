@@ -64,6 +64,12 @@ class Attack:
         """Whether there is time left."""
         return time.monotonic() < self.until
 
+    def turns(self) -> Iterator[None]:
+        """Yield as long as there is time left, and once at least: to come here may have taken it."""
+        yield
+        while self.goes_on:
+            yield
+
     def client(self, last: int = 1) -> httpx.Client:
         """Return a client of an address of its own."""
         return client_at(self.address, f"127.0.{self.number}.{last}")
@@ -97,7 +103,7 @@ def many_renders(attack: Attack) -> None:
             wanted = {"options": {"strength": 1 + number / 50}, "side": 1600}
             attack.tally.expect("many renders", client.post(f"{path}/render", json=wanted), 200, 503)
 
-        while attack.goes_on:
+        for _ in attack.turns():
             list(threads.map(render, range(45)))
             time.sleep(0.1)
 
@@ -117,7 +123,7 @@ def held_uploads(attack: Attack) -> None:
                 for _ in range(19999):
                     held[-1].sendall(bytes(10_000))
         attack.tally.count("held uploads")
-        while attack.goes_on:
+        for _ in attack.turns():
             for one in held:
                 with suppress(OSError):  # it may have been refused
                     one.sendall(b"\0")
@@ -127,7 +133,7 @@ def held_uploads(attack: Attack) -> None:
 def many_sessions(attack: Attack) -> None:
     """Begin 64 sessions, over and over."""
     with attack.client() as client:
-        while attack.goes_on:
+        for _ in attack.turns():
             for _ in range(64):
                 attack.tally.expect("many sessions", client.post("/sessions"), 201, 503)
             time.sleep(1)
@@ -136,8 +142,8 @@ def many_sessions(attack: Attack) -> None:
 def half_heads(attack: Attack) -> None:
     """Open 190 connections, and send half a head on each."""
     with ExitStack() as stack:
-        for _ in range(190):
-            if attack.goes_on:
+        for number in range(190):
+            if not number or attack.goes_on:
                 with suppress(OSError):
                     stack.enter_context(attack.socket()).sendall(b"GET /api/v1/options HTTP/1.1\r\nhost: 127")
                 attack.tally.count("half a head")
@@ -150,7 +156,7 @@ def shrunk_landmarks(attack: Attack) -> None:
         path = attack.session(client)
         marks = client.get(f"{path}/landmarks/target").json()
         points, scheme = np.array(marks["points"]), marks["scheme"]
-        while attack.goes_on:
+        for _ in attack.turns():
             for share in (1e-3, 1e-4, 1e-6):
                 shrunk = (points.mean(axis=0) + share * (points - points.mean(axis=0))).tolist()
                 put = client.put(f"{path}/landmarks/target", json={"scheme": scheme, "points": shrunk})
@@ -171,7 +177,7 @@ def hung_up_exports(attack: Attack) -> None:
             f"POST {url.path}{path}/export HTTP/1.1\r\nhost: {url.host}\r\ncontent-type: application/json\r\n"
             f"content-length: {len(body)}\r\n\r\n"
         )
-        while attack.goes_on:
+        for _ in attack.turns():
             with ExitStack() as stack:
                 for _ in range(12):
                     stack.enter_context(attack.socket()).sendall(head.encode() + body)
@@ -185,7 +191,7 @@ def black_photos(attack: Attack) -> None:
     photo = black_png(10_000)
     with attack.client() as client:
         path = f"/sessions/{client.post('/sessions').json()['session']}"
-        while attack.goes_on:
+        for _ in attack.turns():
             for number in range(6):
                 put = client.put(f"{path}/references/{number}", content=photo)
                 attack.tally.expect("black photo", put, 200, *_REFUSED)
@@ -212,7 +218,7 @@ def odd_requests(attack: Attack) -> None:
     photo = (files("relit.photo") / "sample_photos" / "target.png").read_bytes()
     with attack.client() as client:
         session = f"/sessions/{client.post('/sessions').json()['session']}"
-        while attack.goes_on:
+        for _ in attack.turns():
             damaged = bytearray(photo[: draw.randrange(100, 5000)])
             damaged[draw.randrange(len(damaged))] ^= 255
             bomb = photo[:16] + bytes([0, 1, 0, 0, 0, 1, 0, 0]) + photo[24:]  # claims 65536 by 65536 px

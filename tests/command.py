@@ -2,6 +2,7 @@
 
 import hashlib
 import io
+import math
 import shlex
 import sys
 from types import SimpleNamespace
@@ -61,6 +62,8 @@ def place(studio, tmp_path, monkeypatch):
 @pytest.fixture
 def run(place, capfdbinary, monkeypatch):  # noqa: ARG001 (its working folder)
     """Run the command in this process, and return its exit code and what it wrote."""
+
+    monkeypatch.setattr("relit.cli.progress._EVERY", math.inf)  # what a slow machine would be told
 
     def relit(*arguments, stdin=b""):
         words = shlex.split(arguments[0]) if len(arguments) == 1 else [str(word) for word in arguments]

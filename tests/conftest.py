@@ -94,7 +94,9 @@ def browser():
         pytest.skip(f"the browser tests need {BROWSER}")
     with playwright.sync_playwright() as started:
         opened = started.chromium.launch(
-            executable_path=str(BROWSER), args=["--no-sandbox", "--disable-background-networking"]
+            executable_path=str(BROWSER),
+            args=["--no-sandbox", "--disable-background-networking"],
+            timeout=180_000,
         )
         yield opened
         opened.close()

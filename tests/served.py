@@ -17,7 +17,7 @@ def served(app, host="127.0.0.1", **settings):
     thread = threading.Thread(target=server.run)
     thread.start()
     try:
-        with httpx.Client(base_url=address.get(timeout=30), timeout=60) as client:
+        with httpx.Client(base_url=address.get(timeout=120), timeout=300) as client:
             yield client
     finally:
         server.should_exit = True

@@ -89,7 +89,7 @@ def start(tmp_path):
 
 def test_without_a_token_it_does_not_start(start):
     process = start("")
-    said = process.communicate(timeout=60)[1]
+    said = process.communicate(timeout=300)[1]
     assert process.returncode == 2
     assert said.count("\n") == 1
     assert "RELIT_TOKEN: is not set" in said
@@ -103,5 +103,5 @@ def test_health_is_told_from_its_loss(start):
     check = [sys.executable, option, code.replace(f", {PORT}, ", f", {port}, ")]
     assert subprocess.run(check).returncode == 0
     process.terminate()  # exec: it is relit that gets this
-    process.wait(timeout=30)
+    process.wait(timeout=120)
     assert subprocess.run(check, capture_output=True).returncode == 1

@@ -53,7 +53,7 @@ def test_four_parts_are_all_and_share_none_and_what_is_named_runs_whole(tmp_path
     more = ["--collect-only", "-q", "-p", "tests.conftest", "-p", "no:cacheprovider"]
     more += ["-c", ROOT / "pyproject.toml", "--rootdir", tmp_path]
     command = [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(ROOT)!r})\n{COLLECT}"]
-    subprocess.run([*command, json.dumps(runs), *more], cwd=tmp_path, check=True, timeout=300)
+    subprocess.run([*command, json.dumps(runs), *more], cwd=tmp_path, check=True, timeout=900)
     *parts, whole, file, one, other = json.loads((tmp_path / "names.json").read_text())
     assert sorted(whole) == sorted(file)
     assert len(whole) == 43

@@ -136,6 +136,7 @@ def visit(browser):
     def visit(width=1280, scheme="light"):
         context = browser.new_context(viewport={"width": width, "height": 800}, color_scheme=scheme)
         contexts.append(context)
+        context.set_default_timeout(120_000)
         page = context.new_page()
         asked, complaints = [], []
         page.on("request", lambda request: asked.append(request.url))
@@ -183,6 +184,7 @@ def test_a_slider_moves_by_hand_and_by_keys(visit, site):
 @pytest.mark.e2e
 def test_without_scripts_both_pictures_stand_side_by_side(browser, site):
     context = browser.new_context(java_script_enabled=False)
+    context.set_default_timeout(120_000)
     page = context.new_page()
     page.goto((site / "index.html").as_uri())
     left, right = (one.bounding_box() for one in page.locator("before-after").first.locator("img").all())

@@ -26,6 +26,8 @@ def faces():
     photos = [
         np.ascontiguousarray(read_image(sample(role)).pixels[::2, ::2]) for role in ("target", "reference")
     ]
+    for method in ("shading", "ltv"):  # what is compiled for the first of them is no time of a transfer
+        transfer(*photos, method=method)
     return [(photo, np.array(detect_landmarks(photo).points)) for photo in photos]
 
 

@@ -60,6 +60,6 @@ def python(code):
 
 def in_python(code):
     process = python(code)
-    told, errors = process.communicate(timeout=300)
+    told, errors = process.communicate(timeout=600)
     assert process.returncode == 0, errors
     return told, errors

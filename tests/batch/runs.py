@@ -2,6 +2,7 @@
 
 import csv
 import hashlib
+import os
 import sqlite3
 from contextlib import closing, suppress
 from pathlib import Path
@@ -23,6 +24,26 @@ def tree(place):
         lines.append(f"in/{number % 3}/{number}.png,reference.png,target.csv,reference.csv,{strength}")
     (place / "m.csv").write_text("\n".join(lines))
     return place
+
+
+@pytest.fixture
+def brake(tree, monkeypatch):
+    """A file: as long as it is there, no worker that starts gets past the photo of row 5.
+
+    So a run is at work until a test has seen that, however late it looks.
+    """
+    file = tree / "brake"
+    file.touch()
+    (tree / "sitecustomize.py").write_text(
+        "import os, sys, time\n"
+        "def load(event, given):\n"
+        "    if event == 'open' and str(given[0]).endswith('in/1/4.png'):\n"
+        f"        while os.path.exists({str(file)!r}): time.sleep(0.02)\n"
+        "sys.addaudithook(load)\n"
+    )
+    paths = [str(tree), *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, paths)))
+    return file
 
 
 def table(path="out/results.csv"):

@@ -83,7 +83,7 @@ class TestJournal:
             "    for number in range(3): journal.add([Outcome(f'{number}')])\n"
             "    os.kill(os.getpid(), 9)\n"
         )
-        done = subprocess.run([sys.executable, "-c", code, str(path)], check=False, timeout=60)
+        done = subprocess.run([sys.executable, "-c", code, str(path)], check=False, timeout=300)
         assert done.returncode == -9
         assert found_in(path, "0123") == {**{number: Outcome(number) for number in "012"}, "3": None}
 
@@ -102,7 +102,7 @@ class TestJournal:
             "Journal._ask = counted\n"
             "with Journal(pathlib.Path(sys.argv[1])).writing() as journal: counted(journal, 'SELECT 1')\n"
         )
-        subprocess.run([sys.executable, "-c", code, str(path), str(at)], check=False, timeout=60)
+        subprocess.run([sys.executable, "-c", code, str(path), str(at)], check=False, timeout=300)
         with Journal(path).writing() as journal:
             assert journal.settings is None
             journal.add([Outcome("a")])
@@ -124,7 +124,7 @@ class TestJournal:
                 pytest.fail("two runs in one folder")
             assert found_in(path, "a") == {"a": None}  # to look is allowed
             child.kill()
-            child.wait(10)
+            child.wait(120)
             with Journal(path).writing() as journal:
                 journal.add([Outcome("a")])
 

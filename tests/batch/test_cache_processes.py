@@ -51,7 +51,7 @@ def test_processes_at_once_compute_each_result_once(tmp_path):
     """
     )
     several = [python(code.format(folder=str(tmp_path))) for _ in range(3)]
-    told = [process.communicate(timeout=300) for process in several]
+    told = [process.communicate(timeout=600) for process in several]
     alone = [ltv.decompose(picture(seed, (60, 60))).u.tobytes().hex() for seed in range(12)]
     for process, (said, errors) in zip(several, told, strict=True):
         assert process.returncode == 0, errors
@@ -82,6 +82,7 @@ def test_processes_at_once_keep_the_size(tmp_path):
                 continue
         most = max(most, sum(sizes))
         time.sleep(0.002)
+    most = max(most, held(tmp_path))  # where this process did not have its turn meanwhile
     for process in several:
         assert process.wait() == 0, process.communicate()[1]
         process.communicate()
@@ -117,7 +118,7 @@ def test_a_process_killed_at_any_point_leaves_the_cache_usable(tmp_path, moment)
             ltv.decompose(picture(seed))
     """
     process = python(code.format(folder=str(tmp_path), moment=moment))
-    _, errors = process.communicate(timeout=300)
+    _, errors = process.communicate(timeout=600)
     assert process.returncode == -signal.SIGKILL, errors
     before = time.monotonic()
     with DiskCache(tmp_path, 20_000).open():
@@ -142,7 +143,7 @@ def test_processes_killed_at_random_leave_only_what_is_right(tmp_path):
             for seed in range(60):
                 ltv.decompose(picture(seed))
     """
-    rng = np.random.default_rng()
+    rng = np.random.default_rng(6)
     for _ in range(6):
         process = python(code.format(folder=str(tmp_path)))
         assert process.stdout.readline() == "ready\n"

@@ -18,7 +18,7 @@ import pytest
 from relit.batch.work import _write
 from relit.errors import OutputError
 from relit.photo.alone import alone_at
-from tests.batch.runs import results, tree  # noqa: F401 (a fixture)
+from tests.batch.runs import brake, results, tree  # noqa: F401 (fixtures)
 from tests.command import the_line
 
 HOLD = (
@@ -49,7 +49,7 @@ class TestLock:
     def test_it_is_free_once_its_process_was_killed_whatever_clock_and_note_say(self, holder):
         child, path = holder
         child.kill()
-        child.wait(10)
+        child.wait(120)
         note = path.with_name("folder.lock.by")
         assert note.exists()
         for clock in (1, time.time_ns() + 10**18):
@@ -93,18 +93,19 @@ def start(*arguments):
 @pytest.mark.usefixtures("tree")
 class TestBatches:
     @pytest.mark.parametrize("other", ["m.csv", "n.csv"])
-    def test_with_journals_apart_the_second_is_refused_and_goes_on_later(self, tree, run, other):
+    def test_with_journals_apart_the_second_is_refused_and_goes_on_later(self, tree, brake, run, other):
         head, *rows = (tree / "m.csv").read_text().splitlines()
         (tree / "n.csv").write_text("\n".join([head, *rows[6:]]))
         first = start("m.csv", "-o", "out", "--journal", "1.sqlite", "--jobs", "1")
-        note, end = tree / "out" / ".relit" / "folder.lock.by", time.monotonic() + 60
+        note, end = tree / "out" / ".relit" / "folder.lock.by", time.monotonic() + 300
         while not note.exists() and time.monotonic() < end:
             time.sleep(0.01)
         second = run(f"batch {other} -o out --journal 2.sqlite --jobs 1")
         assert second.code == 1
         assert f"out: another run is at work here (process {first.pid} on " in the_line(second.err)
         os.killpg(first.pid, signal.SIGKILL)
-        first.communicate(timeout=30)
+        first.communicate(timeout=120)
+        brake.unlink()
         assert run("batch m.csv -o out --journal 1.sqlite --jobs 1 -q").code == 0
         assert run("batch m.csv -o whole --jobs 1 -q").code == 0
         assert results("out") == results("whole")
@@ -126,7 +127,7 @@ class TestBatches:
 
     def test_both_started_at_once_one_works_and_none_is_lost(self):
         children = [start("m.csv", "-o", "out", "--json", "--journal", f"{n}.sqlite") for n in range(2)]
-        told = [child.communicate(timeout=300) for child in children]
+        told = [child.communicate(timeout=600) for child in children]
         codes = sorted(child.returncode for child in children)
         # The second may have come when the first was through: then all is there already.
         assert codes[0] == 0
@@ -140,21 +141,22 @@ class TestBatches:
 
 
 def test_threads_of_one_process_keep_out_of_one_anothers_way(tmp_path):
-    inside, both = threading.Event(), []
+    inside, done, both = threading.Event(), threading.Event(), []
 
     def hold():
         with alone_at("out", tmp_path / "lock"):
             inside.set()
-            time.sleep(0.3)
+            done.wait(120)
 
     one = threading.Thread(target=hold)
     one.start()
-    inside.wait(10)
+    inside.wait(120)
     try:
         with alone_at("out", tmp_path / "lock"):
             both.append(1)
     except OutputError:
         pass
+    done.set()
     one.join()
     assert not both
 
@@ -165,7 +167,7 @@ def test_a_child_does_not_keep_the_lock(tmp_path):
     code = (
         "import os, sys, pathlib, subprocess; from relit.photo.alone import alone_at\n"
         "with alone_at('out', pathlib.Path(sys.argv[1])):\n"
-        "    child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(30)'])\n"
+        "    child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)'])\n"
         "    print(child.pid, flush=True); os.kill(os.getpid(), 9)\n"
     )
     path = tmp_path / "lock"
@@ -173,7 +175,7 @@ def test_a_child_does_not_keep_the_lock(tmp_path):
         [sys.executable, "-c", code, str(path)], stdout=subprocess.PIPE, text=True
     ) as parent:
         child = int(parent.stdout.readline())
-        parent.wait(30)
+        parent.wait(120)
         try:
             with alone_at("out", path):
                 pass

@@ -69,7 +69,8 @@ def test_in_a_real_kernel_it_is_the_output(monkeypatch, tmp_path):
     ]
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(one) for one in cells])
     notebook.metadata["kernelspec"] = {"name": "python3", "display_name": "", "language": "python"}
-    NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    patience = {"timeout": 1200, "startup_timeout": 300}
+    NotebookClient(notebook, resources={"metadata": {"path": str(tmp_path)}}, **patience).execute()
     outputs = [[one for one in cell.outputs if "data" in one] for cell in notebook.cells]
     assert [len(one) for one in outputs] == [1, 1, 1, 1]
     alone, shown, both, captioned = (one[0]["data"]["text/html"] for one in outputs)

@@ -66,7 +66,7 @@ def test_krita_itself_lays_the_result_over_the_picture(tmp_path, studio, depth):
         },
         capture_output=True,
         text=True,
-        timeout=100,
+        timeout=600,
     )
     told = (tmp_path / "told").read_text()
     assert "MASKS" in told, told + done.stderr[-3000:]

@@ -134,7 +134,7 @@ def run(
     examine: Callable[[Path], str] = check,
     *,
     seconds: float = SECONDS,
-    patience: float = 12 * SECONDS,
+    patience: float = 60 * SECONDS,
     workers: int = 2,
 ) -> list[Verdict]:
     """Examine every case in one of several processes, which are replaced when they die or run away.
@@ -191,7 +191,7 @@ class _Worker:
                 return Verdict(case, fault, outcome, seconds, megabytes)
             fault = f"runs for more than {self._patience} s"
         except (EOFError, OSError):
-            self._process.join(SECONDS)
+            self._process.join(60)
             fault = f"kills the process (exit code {self._process.exitcode})"
         return Verdict(case, fault, "", time.perf_counter() - start, 0)
 

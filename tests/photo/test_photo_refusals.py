@@ -67,11 +67,11 @@ def header_only(file_format, width, height):
 class TestBombs:
     @pytest.mark.parametrize("file_format", ["PNG", "BMP", "PPM", "TIFF", "JPEG", "WEBP"])
     def test_the_claim_is_refused_before_decoding(self, file_format):
-        start = time.perf_counter()
+        start = time.process_time()
         width, height = (16000, 16000) if file_format == "WEBP" else (60000, 50000)
         with pytest.raises(ImageError, match=f"claims {width}x{height} px, .* 200000000 .*raise max_pixels"):
             read(header_only(file_format, width, height))
-        assert time.perf_counter() - start < 5
+        assert time.process_time() - start < 5
 
     def test_the_cap_is_exact_and_can_be_raised(self):
         data = png(sample(np.uint8))

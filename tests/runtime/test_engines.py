@@ -36,7 +36,7 @@ if __name__ == "__main__":
         found = set()
         while len(found) < 2:
             found |= {result for ended in lent.run(identity, [()] * 4) for _, result in ended}
-        for ended in lent.run(time.sleep, [(60,)] * 2):
+        for ended in lent.run(time.sleep, [(600,)] * 2):
             if found:
                 print(*found, flush=True)
                 found.clear()
@@ -61,6 +61,11 @@ def die():
 
 def complain():
     raise ImageError("face.png: is a cat")
+
+
+def stay_until(marker):
+    while not marker.exists():
+        time.sleep(0.02)
 
 
 def identity():
@@ -161,10 +166,14 @@ class TestWork:
             ended += len(some)
         assert asked == ended == 20
 
-    def test_lets_others_have_a_turn(self, two):
-        turns = list(two.run(time.sleep, [(2.5,)]))
-        assert len(turns) >= 2
-        assert turns[-1] == [((2.5,), None)]
+    def test_lets_others_have_a_turn(self, two, tmp_path):
+        """They have it while the work goes on, or it would never end."""
+        marker, turns = tmp_path / "marker", []
+        for ended in two.run(stay_until, [(marker,)]):
+            turns.append(ended)
+            marker.touch()
+        assert turns[0] == []
+        assert turns[-1] == [((marker,), None)]
 
     @pytest.mark.parametrize("name", PROCESSES)
     @pytest.mark.rotating
@@ -175,14 +184,14 @@ class TestWork:
             nonlocal worker
             with engine(name, 2) as lent:
                 worker = psutil.Process(result(lent, identity))
-                for _ in lent.run(time.sleep, [(60,)] * 20):
+                for _ in lent.run(time.sleep, [(600,)] * 20):
                     raise KeyboardInterrupt
 
         worker = None
         with pytest.raises(KeyboardInterrupt):
             interrupted()
-        assert not worker.is_running()
-        assert time.monotonic() - start < 50
+        wait_for_the_end_of(worker.pid)
+        assert time.monotonic() - start < 300
 
     def test_that_leaves_much_memory_behind_disturbs_nobody(self):
         """loky replaces such a worker, and warns; that warning would end its thread here."""
@@ -199,6 +208,14 @@ HOARD = []
 def hoard(size):
     HOARD.append(bytearray(os.urandom(1)) * size)
     return os.getpid()
+
+
+def wait_for_the_end_of(*numbers):
+    """Wait until these processes have ended, for a while that is less than what they are at would take."""
+    end = time.monotonic() + 120
+    while any(map(is_alive, numbers)) and time.monotonic() < end:
+        time.sleep(0.1)
+    assert not any(map(is_alive, numbers))
 
 
 def is_alive(number):
@@ -234,7 +251,7 @@ class TestSignals:
         else:
             time.sleep(delay)
         os.killpg(child.pid, signal.SIGINT)
-        _, err = child.communicate(timeout=60)
+        _, err = child.communicate(timeout=300)
         assert err.count("Traceback (most recent call last)") == 1
         # After that, joblib's tracker may tell of a folder that was gone before it looked.
         told, _, after = err.partition("KeyboardInterrupt\n")
@@ -246,10 +263,7 @@ class TestSignals:
         assert len(workers) == 2
         assert all(map(is_alive, workers))
         child.kill()
-        end = time.monotonic() + 20
-        while any(map(is_alive, workers)) and time.monotonic() < end:
-            time.sleep(0.1)
-        assert not any(map(is_alive, workers))
+        wait_for_the_end_of(*workers)
 
 
 class TestRefusals:
@@ -309,7 +323,7 @@ class TestRefusals:
         server.shutdown(socket.SHUT_RDWR)
         server.close()
         thread.join()
-        assert time.monotonic() - start < 30
+        assert time.monotonic() - start < 120
 
 
 class TestCluster:
@@ -335,7 +349,7 @@ class TestCluster:
             dask.config.set({"distributed.comm.timeouts.connect": "3s"}),  # how long it is waited for
             engine("dask", 1, address=cluster.scheduler_address) as lent,
         ):
-            work = lent.run(time.sleep, [(60,)] * 5)
+            work = lent.run(time.sleep, [(600,)] * 5)
             assert next(work) == []
             cluster.close()
             for _ in range(2):

@@ -23,7 +23,7 @@ def test_the_last_to_leave_gives_them_back():
 
     def inside(_):
         with one_opencv_thread():
-            both.wait(10)
+            both.wait(120)
             return cv2.getNumThreads()
 
     with ThreadPoolExecutor(2) as executor:

@@ -37,7 +37,7 @@ def done(folder, text, *arguments):
     script, log = folder / "script.py", folder / "log"
     script.write_text(f"open({str(log)!r}, 'a').write('began ')\n{text}")
     command = [sys.executable, str(script), *map(str, arguments)]
-    ended = subprocess.run(command, capture_output=True, text=True, check=False, timeout=250)
+    ended = subprocess.run(command, capture_output=True, text=True, check=False, timeout=900)
     return ended, len(log.read_text().split())
 
 

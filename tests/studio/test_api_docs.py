@@ -57,7 +57,7 @@ def test_the_program_makes_what_the_library_makes(client, tmp_path):
 @pytest.mark.skipif(not shutil.which("curl"), reason="curl is not installed")
 def test_curl_does_the_same(client, tmp_path):
     code = block("sh", "curl").replace(API, f"{client.base_url}api/v1")
-    subprocess.run(["sh", "-ec", code], check=True, timeout=120)
+    subprocess.run(["sh", "-ec", code], check=True, timeout=600)
     with Image.open(tmp_path / "preview.jpg") as preview:
         assert preview.format == "JPEG"
 

@@ -67,7 +67,7 @@ def test_every_answer_is_one_that_the_schema_describes(tmp_path):
                 "--seed",
                 "1",
                 "--request-timeout",
-                "60",
+                "300",
             ],
             env=os.environ
             | {
@@ -81,7 +81,7 @@ def test_every_answer_is_one_that_the_schema_describes(tmp_path):
             cwd=tmp_path,
             capture_output=True,
             text=True,
-            timeout=300,
+            timeout=1200,
         )
     assert done.returncode == 0, done.stdout + done.stderr
     # It was really tried: every operation did its work at least once, and refused at least once.
@@ -120,7 +120,7 @@ def test_a_token_is_asked_for_as_the_schema_says(tmp_path):
             cwd=tmp_path,
             capture_output=True,
             text=True,
-            timeout=300,
+            timeout=1200,
         )
     assert done.returncode == 0, done.stdout + done.stderr
     statuses = {status for _, path, status in app.seen if path == f"{API}/options"}

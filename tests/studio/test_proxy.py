@@ -60,11 +60,8 @@ def place(seen, tmp_path_factory):
     for number, part in enumerate(issued.cert_chain_pems):
         part.write_to_path(folder / "chain.pem", append=number > 0)
     with served(seen, proxies=("127.0.0.1",)) as behind:
-        plain, tls = free_ports(2)
         site = CONFIG.read_text("utf-8")
         for documented, here in {
-            "listen 80;": f"listen 127.0.0.1:{plain};",
-            "listen 443 ssl;": f"listen 127.0.0.1:{tls} ssl;",
             "/etc/ssl/light.team.pem": f"{folder}/chain.pem",
             "/etc/ssl/light.team.key": f"{folder}/key.pem",
             "/var/log/nginx/": f"{folder}/",
@@ -74,29 +71,43 @@ def place(seen, tmp_path_factory):
             site = site.replace(documented, here)
         kinds = ("client_body", "proxy", "fastcgi", "uwsgi", "scgi")
         temporary = "".join(f"{kind}_temp_path {folder}/{kind};" for kind in kinds)
-        (folder / "nginx.conf").write_text(
-            f"daemon off; pid {folder}/pid; error_log {folder}/main.log;"
-            f"events {{}} http {{ {temporary} {site} }}"
-        )
-        nginx = subprocess.Popen(
-            [NGINX, "-p", folder, "-e", folder / "main.log", "-c", folder / "nginx.conf"]
-        )
-        try:
-            wait_for(tls, nginx, folder)
-            yield tls, authority, folder
-        finally:
-            nginx.terminate()
-            nginx.wait(20)
+        for _ in range(5):  # another process may take a port before nginx does
+            plain, tls = free_ports(2)
+            listening = site
+            for documented, here in {
+                "listen 80;": f"listen 127.0.0.1:{plain};",
+                "listen 443 ssl;": f"listen 127.0.0.1:{tls} ssl;",
+            }.items():
+                assert documented in listening
+                listening = listening.replace(documented, here)
+            (folder / "nginx.conf").write_text(
+                f"daemon off; pid {folder}/pid; error_log {folder}/main.log;"
+                f"events {{}} http {{ {temporary} {listening} }}"
+            )
+            nginx = subprocess.Popen(
+                [NGINX, "-p", folder, "-e", folder / "main.log", "-c", folder / "nginx.conf"]
+            )
+            try:
+                if listens(nginx, folder):
+                    yield tls, authority, folder
+                    return
+            finally:
+                nginx.terminate()
+                nginx.wait(120)
+        pytest.fail((folder / "main.log").read_text())
 
 
-def wait_for(port, process, folder):
-    for _ in range(300):
-        assert process.poll() is None, (folder / "main.log").read_text()
-        try:
-            socket.create_connection(("127.0.0.1", port)).close()
-            return
-        except OSError:
-            time.sleep(0.1)
+def listens(process, folder):
+    """Return whether nginx has begun, or could not."""
+    for _ in range(1200):
+        if process.poll() is not None:
+            said = (folder / "main.log").read_text()
+            assert "Address already in use" in said, said
+            return False
+        # It writes its number once it has its ports.
+        if (folder / "pid").exists():
+            return True
+        time.sleep(0.1)
     raise AssertionError("nginx does not start")
 
 
@@ -111,7 +122,7 @@ def client(place):
         base_url=f"https://127.0.0.1:{port}",
         headers={"Host": f"light.team:{port}", "Authorization": f"Bearer {TOKEN}"},
         transport=httpx.HTTPTransport(verify=trust, local_address="127.0.0.3"),
-        timeout=60,
+        timeout=300,
     ) as client:
         client.event_hooks["request"] = [lambda asked: asked.extensions.update(sni_hostname="light.team")]
         yield client

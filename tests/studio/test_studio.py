@@ -145,7 +145,7 @@ class TestRendering:
 
         def held_up(*args, **named):
             entered.set()
-            assert overtaken.wait(30)
+            assert overtaken.wait(120)
             finished.append(transfer(*args, **named))
             return finished[-1]
 
@@ -158,7 +158,7 @@ class TestRendering:
                 return client.post(f"{API}/sessions/{token}/render", json={"sequence": sequence})
 
             older = clients.submit(ask, 1)
-            assert entered.wait(30)
+            assert entered.wait(120)
             newer = clients.submit(ask, 2)
             while store.get(token).newest < 2:
                 time.sleep(0.01)
@@ -259,9 +259,9 @@ class TestFailures:
 
     @pytest.mark.parametrize("lam", [1e-5, 1e-300, 5e-324])
     def test_a_lambda_near_0_takes_no_longer_than_others(self, client, place, lam):
-        begun = time.monotonic()
+        begun = time.process_time()  # the server is in this process
         assert client.post(f"{place}/render", json={"options": {"lam": lam}, "side": 320}).status_code == 200
-        assert time.monotonic() - begun < 10  # it was minutes
+        assert time.process_time() - begun < 10  # it was minutes
 
     def test_other_places_and_methods(self, client, place):
         answer = client.get(f"{API}/nothing")

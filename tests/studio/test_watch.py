@@ -1,6 +1,7 @@
 """What is noted of requests: enough to see that all is well, and nothing of whom or what they are about."""
 
 import logging
+import re
 import socket
 import struct
 import time
@@ -98,6 +99,21 @@ def test_the_access_log_has_patterns_alone(client, caplog):
         assert secret not in said
 
 
+def begun(client, method, path):
+    """Begin to send a body, and return the connection once the server is reading that."""
+    line = socket.create_connection((client.base_url.host, client.base_url.port), 120)
+    line.sendall(
+        f"{method} {path} HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9999\r\n"
+        "Expect: 100-continue\r\n\r\n".encode()
+    )
+    told = b""
+    while not told.endswith(b"\r\n\r\n"):
+        told += line.recv(1)
+    assert re.fullmatch(rb"HTTP/1\.1 100 \s*\S*\r\n.*", told, re.DOTALL), told
+    line.sendall(b"x")
+    return line
+
+
 @pytest.mark.parametrize("hard", [True, False])
 @pytest.mark.parametrize(
     ("method", "path", "route"),
@@ -110,14 +126,10 @@ def test_the_access_log_has_patterns_alone(client, caplog):
 def test_a_client_that_hangs_up_is_no_failure(client, capfd, hard, method, path, route):
     place = f"{API}/sessions/{client.post(f'{API}/sessions').json()['session']}"
     client.post(f"{place}/samples").raise_for_status()
-    with socket.create_connection((client.base_url.host, client.base_url.port)) as line:
-        line.sendall(
-            f"{method} {place}{path} HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9999\r\n\r\nx".encode()
-        )
-        time.sleep(0.1)
+    with begun(client, method, f"{place}{path}") as line:
         if hard:  # with a reset
             line.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-    for _ in range(200):
+    for _ in range(2000):
         if counted(client, method, f"{API}/sessions/{{session}}{route}", 499):
             break
         time.sleep(0.05)
@@ -130,13 +142,7 @@ def test_a_server_that_ends_does_not_wait_for_a_body_that_stopped(capfd, monkeyp
     monkeypatch.setattr("relit.studio.server._TO_END", 1)
     with served(create_app()) as client:
         token = client.post(f"{API}/sessions").json()["session"]
-        line = socket.create_connection((client.base_url.host, client.base_url.port))
-        line.sendall(
-            f"PUT {API}/sessions/{token}/photos/target HTTP/1.1\r\nHost: localhost\r\n"
-            "Content-Length: 9999\r\n\r\nx".encode()
-        )
-        time.sleep(0.3)
-    line.settimeout(30)
+        line = begun(client, "PUT", f"{API}/sessions/{token}/photos/target")
     assert line.recv(65536).startswith(b"HTTP/1.1 503 ")
     line.close()
     assert "Traceback" not in capfd.readouterr().err

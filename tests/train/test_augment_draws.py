@@ -185,9 +185,9 @@ def test_workers_draw_differently_and_the_same_in_every_run(image, marks, folder
     ]
     for worker in workers:
         worker.start()
-    found = {worker: (sums, last) for worker, sums, last in (results.get(timeout=120) for _ in workers)}
+    found = {worker: (sums, last) for worker, sums, last in (results.get(timeout=600) for _ in workers)}
     for worker in workers:
-        worker.join(60)
+        worker.join(300)
         assert worker.exitcode == 0
     for worker, (sums, last) in found.items():
         expected = [augment.draw(number, worker=worker) for number in range(4)]

@@ -51,9 +51,10 @@ MAKE = """
 import sys
 from pathlib import Path
 from relit.video.clip import frames, look_at
-from relit.video.encoding import Settings, encode
+from relit.video.encoding import Settings
+from relit.video.segments import encode
 clip = look_at(sys.argv[1])
-encode(Path(sys.argv[2]), frames(clip), Settings.of("a.mkv", clip, sys.argv[3], None), clip)
+encode(Path(sys.argv[2]), frames(clip), Settings.of("a.mkv", clip, sys.argv[3], None), clip, 1.0)
 """
 
 

@@ -9,6 +9,8 @@ import av
 import numpy as np
 import pytest
 
+from relit.face.detect import detect_landmarks
+from relit.face.landmarks import Landmarks
 from relit.settings.options import TransferOptions
 from relit.video import film as module
 from relit.video.film import relight_video
@@ -225,6 +227,50 @@ def test_other_settings_begin_anew(kept, tmp_path, monkeypatch):
     monkeypatch.setattr(module, "encode", lambda *given: (done.append(1), encode(*given)))
     relit(kept, tmp_path / "out.mp4", TransferOptions(light="loop"))
     assert len(done) == 3
+
+
+def test_another_face_in_the_reference_begins_anew(kept, tmp_path, monkeypatch):
+    """And not with one light before where it was stopped and another after."""
+    light = np.ascontiguousarray(np.hstack([face(), face()[:, ::-1] // 2]))
+    # Found by columns: the face here, and the same 128 px farther right.
+    here = detect_landmarks(face())
+    there = Landmarks(here.points + np.array([128, 0, 0]), here.scheme)
+
+    def run(name, landmarks):
+        relit(kept, tmp_path / name, TransferOptions(), references=[light], reference_landmarks=[landmarks])
+
+    real = module.encode
+
+    def stopping(path, *given):
+        if int(path.stem):
+            raise KeyboardInterrupt
+        real(path, *given)
+
+    monkeypatch.setattr(module, "encode", stopping)
+    with pytest.raises(KeyboardInterrupt):
+        run("out.mp4", here)
+    monkeypatch.setattr(module, "encode", real)
+    run("out.mp4", there)
+    run("whole.mp4", there)
+    assert (tmp_path / "out.mp4").read_bytes() == (tmp_path / "whole.mp4").read_bytes()
+
+
+def test_who_goes_on_is_told_how_sure_the_light_of_all_is(kept, tmp_path, monkeypatch):
+    """Also of what was lit before it was stopped."""
+    told = iter([0.3, 0.9, 0.8])
+    real = module.Lights.prepare
+
+    def prepare(lights, *given):
+        real(lights, *given)
+        lights.confidence = min(lights.confidence, next(told))
+
+    monkeypatch.setattr(module.Lights, "prepare", prepare)
+    join = module.join
+    monkeypatch.setattr(module, "join", lambda *_: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        relit(kept, tmp_path / "out.mp4")
+    monkeypatch.setattr(module, "join", join)
+    assert relit(kept, tmp_path / "out.mp4").confidence == 0.3
 
 
 def test_the_same_bytes_on_any_number_of_threads(kept, tmp_path, monkeypatch):

@@ -45,6 +45,7 @@ def alone_at(place: Path | str, lock: Path, *, leaves_lock: bool = True) -> Iter
     note, held = lock.with_name(f"{lock.name}.by"), FileLock(lock)
     try:
         lock.parent.mkdir(parents=True, exist_ok=True)
+        lock.touch()  # what cannot be made is no lock of another's
         held.acquire(timeout=0)
     except Timeout:
         raise OutputError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from http import HTTPStatus
 from ipaddress import IPv4Network, IPv6Network
@@ -64,6 +65,7 @@ class Connection(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Take a connection, or refuse one too many."""
         super().connection_made(transport)
+        transport.set_write_buffer_limits(0)  # `pause_writing` tells of whatever was not taken yet
         bounds, host = self._bounds, self.client[0] if self.client else ""
         address, us = plain(host), client_of({"client": self.client})
         many = address is not None and any(address in network for network in bounds.proxies)
@@ -104,14 +106,18 @@ class Connection(H11Protocol):
     def pause_writing(self) -> None:
         """Have an answer wait for its reader, as long as that one reads."""
         super().pause_writing()
-        self._unread = self.transport.get_write_buffer_size()
-        self._reading = self.loop.call_later(self._bounds.read_seconds, self._check_reading)
+        if not self._closed:
+            self._unread = self.transport.get_write_buffer_size()
+            self._reading = self.loop.call_later(self._bounds.read_seconds, self._check_reading)
+            self._time()
 
     def resume_writing(self) -> None:
         """Go on with an answer."""
         super().resume_writing()
         if self._reading:
             self._reading.cancel()
+            self._reading = None
+        self._time()
 
     def send_400_response(self, msg: str) -> None:
         """Answer what is no HTTP; with a broken body, an answer may be on its way already."""
@@ -123,12 +129,15 @@ class Connection(H11Protocol):
             self._cut("malformed")
 
     def _time(self) -> None:
-        """Give the client a deadline while it is its turn: to send a head, or the rest of a refused body."""
+        """Give the client a deadline while it is its turn: to send a head, or the rest of a refused body.
+
+        As long as it reads an answer, it is not: what it has not taken yet would be lost.
+        """
         if self._closed:
             return
         theirs = self.conn.their_state
         answered = self.cycle is not None and self.cycle.response_complete
-        if theirs is h11.IDLE or (theirs is h11.SEND_BODY and answered):
+        if not self._reading and (theirs is h11.IDLE or (theirs is h11.SEND_BODY and answered)):
             self._turn = self._turn or self.loop.call_later(self._bounds.head_seconds, self._late)
         elif self._turn:
             self._turn.cancel()
@@ -162,7 +171,8 @@ class Connection(H11Protocol):
             self.transport.close()
         else:
             # What comes until then is read: the system would answer it by taking back what was said.
-            self.transport.write_eof()
+            with suppress(OSError):  # it has gone since it was told
+                self.transport.write_eof()
             self._turn = self.loop.call_later(_TO_READ, self.transport.abort)
 
     def _cut(self, reason: str) -> None:

@@ -1,23 +1,19 @@
-"""Frames into packets: which codec, how good, and a segment of a film in a file of its own.
+"""Frames into packets: which codec, and how good.
 
-A segment can be decoded alone, and segments of the same settings are joined as they are. So a film that is
-half made goes on where it was left. Encoders get a fixed number of threads, since what they write depends
-on it.
+Encoders get a fixed number of threads, since what they write depends on it.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from relit.errors import OptionError, OutputError
 from relit.video.pixels import bits_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
     from relit.video.clip import Clip
 
@@ -39,14 +35,6 @@ CONTAINERS: dict[str, tuple[str, tuple[CodecName, ...]]] = {
 _CRF = {"h264": 17, "h265": 19, "vp9": 22}
 _MOST_CRF = {"h264": 51, "h265": 51, "vp9": 63}
 _PROFILES = {"yuv422p10le": "3", "yuv444p10le": "4", "yuva444p10le": "4"}  # ProRes HQ and 4444
-
-
-class Encoded(NamedTuple):
-    """A packet of a segment."""
-
-    pts: int
-    is_key: bool
-    data: bytes
 
 
 @dataclass(frozen=True)
@@ -108,6 +96,10 @@ class Settings:
 
         known = {one.name for one in av.codec.Codec(self.encoder, "w").video_formats or ()}
         own = frame.format.name.replace("yuvj", "yuv")
+        if (frame.width % 2 or frame.height % 2) and self.codec in ("h264", "h265"):
+            # These take halved chroma of even sides alone.
+            known = {one for one in known if "444" in one or one.startswith("gray")}
+            own = own.replace("420", "444").replace("422", "444")
         if own in known:
             return str(own)
         deep = "10le" if bits_of(frame) > 8 or self.codec == "prores" else ""
@@ -120,6 +112,7 @@ class Settings:
             f"yuv420p{deep}",
             f"yuv444p{deep}",
             "yuv420p",
+            "yuv444p",
         )
         return str(next(one for one in wanted if one in known))
 
@@ -168,12 +161,11 @@ def as_stored(frame: Any, settings: Settings) -> Any:
     return made
 
 
-def encode(path: Path, pictures: Iterable[Any], settings: Settings, clip: Clip) -> None:
-    """Encode frames, one or more, into a segment; it gets its name when it is whole."""
+def encoded(pictures: Iterable[Any], settings: Settings, clip: Clip) -> Iterator[Any]:
+    """Encode frames, one or more, such as `writable` returns, into packets that can be decoded alone."""
     import av
 
     context: Any = None
-    packets: list[Encoded] = []
     for frame in pictures:
         stored = as_stored(frame, settings)
         if context is None:
@@ -181,33 +173,8 @@ def encode(path: Path, pictures: Iterable[Any], settings: Settings, clip: Clip) 
             set_up(context, settings, clip, frame)
             context.flags |= 1 << 22  # parameter sets beside the packets, as files of these kinds have them
         stored.pict_type = 0
-        packets += [_kept(one) for one in context.encode(stored)]
-    packets += [_kept(one) for one in context.encode(None)]
-    temporary = path.with_suffix(".tmp")
-    with temporary.open("wb") as file:
-        np.savez(
-            file,
-            pts=np.array([one.pts for one in packets], np.int64),
-            keys=np.array([one.is_key for one in packets], bool),
-            sizes=np.array([len(one.data) for one in packets], np.int64),
-            data=np.frombuffer(b"".join(one.data for one in packets), np.uint8),
-        )
-    temporary.replace(path)
-
-
-def _kept(packet: Any) -> Encoded:
-    return Encoded(packet.pts, packet.is_keyframe, bytes(packet))
-
-
-def read_segment(path: Path) -> list[Encoded]:
-    """Return the packets of a segment, in the order in which they are decoded."""
-    with np.load(path) as kept:
-        pts, keys, ends, data = kept["pts"], kept["keys"], np.cumsum(kept["sizes"]), kept["data"].tobytes()
-    starts = np.r_[0, ends[:-1]]
-    return [
-        Encoded(int(tick), bool(key), data[first:last])
-        for tick, key, first, last in zip(pts, keys, starts.tolist(), ends.tolist(), strict=True)
-    ]
+        yield from context.encode(stored)
+    yield from context.encode(None)
 
 
 def decode_times(pts: list[int]) -> list[int]:

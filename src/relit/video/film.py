@@ -9,24 +9,23 @@ What was done is kept in a folder beside the film until it is whole; whoever sta
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
+from relit._version import VERSION
 from relit.errors import OptionError, OutputError
 from relit.photo.atomic_files import check_free, put_in_place
 from relit.runtime.opencv import one_opencv_thread
 from relit.runtime.threads import available, limit, pool
 from relit.video.clip import look_at, missing_end
-from relit.video.encoding import Settings, encode
+from relit.video.encoding import Settings
 from relit.video.joining import join
 from relit.video.lights import Lights, Moving, Still
-from relit.video.pixels import put_change, to_rgb
+from relit.video.pixels import put_change, to_rgb, writable
 from relit.video.rendering import relit
-from relit.video.state import kept_state
+from relit.video.segments import confidence_of, encode
+from relit.video.state import kept_state, print_of, stamp_of
 from relit.video.tracked_clip import TrackedClip
 from relit.video.tracking import track
 
@@ -136,8 +135,9 @@ def relight_video(
     # A link that may be overwritten is followed at once: what is kept lies on the disk of the film.
     place = Path(output).resolve() if overwrite else Path(output)
     check_free(place, overwrite=overwrite)
-    given = [path, part, face, asdict(options), asdict(settings), reference_video, loops]
-    given += [_print_of(one) for one in references] + [_stamp(one) for one in (path, reference_video) if one]
+    given = [VERSION, path, part, face, asdict(options), asdict(settings), reference_video, loops]
+    given += [print_of(one) for one in (*references, *reference_landmarks)]
+    given += [stamp_of(one) for one in (path, reference_video) if one]
     with kept_state(place, given) as folder:
         telling = _passing("Tracking", _length(clip, part), tell)
         tracked = TrackedClip.of(clip, part, track(clip, *part, face, folder, telling))
@@ -150,14 +150,15 @@ def relight_video(
             source = Moving(TrackedClip.of(other, (None, None), theirs), loops=loops)
         lights = Lights(tracked, source, options)
         segments = _Rendering(tracked, lights, options, settings, tell).segments(folder)
+        confidence = min(map(confidence_of, segments))
         made = folder / f"film{place.suffix.lower()}"
-        lost = join(made, segments, tracked.track.pts.tolist(), settings, clip, part)
+        lost = join(made, segments, tracked, settings, place)
         put_in_place(made, place, overwrite=overwrite)
     return Film(
         frames=len(tracked.track),
         lit=int((tracked.track.shares > 0).sum()),
         shots=len(tracked.track.starts),
-        confidence=lights.confidence,
+        confidence=confidence,
         not_kept=lost,
         missing_seconds=missing_end(clip) if part[1] is None else 0.0,
     )
@@ -186,7 +187,13 @@ class _Rendering:
             paths.append(folder / f"{first:09}.segment")
             if not paths[-1].exists():
                 self._lights.prepare(first, last)
-                encode(paths[-1], self._frames(first, last), self._settings, self._tracked.clip)
+                encode(
+                    paths[-1],
+                    self._frames(first, last),
+                    self._settings,
+                    self._tracked.clip,
+                    self._lights.confidence,
+                )
         return paths
 
     def _frames(self, first: int, last: int) -> Iterator[Any]:
@@ -208,7 +215,7 @@ class _Rendering:
 
     def _relit(self, number: int, picture: Any, light: Any, space: Any) -> Any:
         if light is None:
-            return picture
+            return writable(picture)
         pixels = to_rgb(picture)
         landmarks = self._tracked.steady.landmarks(number)
         share = float(self._tracked.track.shares[number])
@@ -235,13 +242,3 @@ def _passing(step: str, total: float, tell: Callable[[Progress], None]) -> Calla
 def _length(clip: Clip, part: Part) -> float:
     last = clip.seconds or 0.0
     return max(min(part[1] or last, last) - (part[0] or 0.0), 0.0)
-
-
-def _stamp(path: str) -> list[Any]:
-    told = Path(path).stat()
-    return [str(Path(path).resolve()), told.st_size, told.st_mtime_ns]
-
-
-def _print_of(photo: Any) -> str:
-    pixels = np.ascontiguousarray(photo.pixels if hasattr(photo, "pixels") else photo)
-    return hashlib.sha256(pixels.tobytes()).hexdigest()

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from relit.errors import OutputError
 from relit.video.clip import frames, opened, video_stream
-from relit.video.encoding import decode_times, read_segment, set_up
+from relit.video.encoding import decode_times, set_up
+from relit.video.pixels import has_alpha, writable
+from relit.video.segments import read_segment
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
 
     from relit.video.clip import Clip
     from relit.video.encoding import Settings
+    from relit.video.tracked_clip import TrackedClip
 
 # What a file says of itself, and not of the film.
 _OWN = {"major_brand", "minor_version", "compatible_brands", "encoder", "duration"}
@@ -23,12 +26,7 @@ _BITEXACT = 0x400  # of a container: no times and numbers at random, so that the
 
 
 def join(
-    path: Path,
-    segments: Iterable[Path],
-    pts: list[int],
-    settings: Settings,
-    clip: Clip,
-    part: tuple[float | None, float | None],
+    path: Path, segments: Iterable[Path], tracked: TrackedClip, settings: Settings, named: Path
 ) -> list[str]:
     """Write segments, and what goes with them, as one file; return what of the clip it does not hold.
 
@@ -36,46 +34,52 @@ def join(
     ----------
     path : Path
     segments : paths
-    pts : list of int
-        Time stamps of all frames in them, in ticks of the clip.
+        Of all frames that were tracked.
+    tracked : TrackedClip
+        Where only a part of it is, the film begins with 0.
     settings : Settings
-    clip : Clip
-    part : (float or None, float or None)
-        From when to when, in s from the clip's start, the film is; it then begins with 0.
+    named : Path
+        What messages call the film.
     """
     import av
 
+    clip, part, pts = tracked.clip, tracked.part, tracked.track.pts.tolist()
     with opened(clip.path) as source:
         lost: list[str] = []
         shift = Fraction(pts[0]) * clip.time_base if part[0] else Fraction(0)
         try:
-            film = av.open(str(path), "w", format=settings.muxer, options=_options(settings))
-            film.flags |= _BITEXACT
-            first = next(iter(frames(clip, *part)))
-            video: Any = film.add_stream(settings.encoder, rate=clip.rate)
-            set_up(video.codec_context, settings, clip, first)
-            video.time_base = clip.time_base
-            original = video_stream(source, clip.path)
-            video.metadata.update(_of(original.metadata))
-            if first.rotation:
-                video.set_display_rotation(first.rotation)
-            copies = _copied_streams(source, film, original, lost)
-            film.metadata.update(_of(source.metadata))
-            film.set_chapters(_chapters(source, shift, part, clip))  # type: ignore[arg-type]
-            film.start_encoding()
-            shown = _video_packets(segments, pts, video, clip, first, shift)
-            others = _other_packets(source, copies, shift, part, clip)
-            for packet in _in_order(shown, others):
-                film.mux_one(packet)
-            film.close()
+            with av.open(str(path), "w", format=settings.muxer, options=_options(settings)) as film:
+                film.flags |= _BITEXACT
+                original = next(iter(frames(clip, *part)))
+                first = writable(original)
+                video: Any = film.add_stream(settings.encoder, rate=clip.rate)
+                set_up(video.codec_context, settings, clip, first)
+                video.time_base = clip.time_base
+                theirs = video_stream(source, clip.path)
+                video.metadata.update(_of(theirs.metadata))
+                if original.rotation:
+                    video.set_display_rotation(original.rotation)
+                if _loses_alpha(first, settings) or theirs.metadata.get("alpha_mode") == "1":
+                    lost.append("transparency")
+                copies = _copied_streams(source, film, theirs, lost)
+                film.metadata.update(_of(source.metadata))
+                film.set_chapters(_chapters(source, shift, part, clip))  # type: ignore[arg-type]
+                film.start_encoding()
+                shown = _video_packets(segments, pts, video, clip, original, shift)
+                others = _other_packets(source, copies, shift, part, clip)
+                for packet in _in_order(shown, others):
+                    film.mux_one(packet)
         except (av.FFmpegError, OSError) as error:
-            if isinstance(error, OutputError):
-                raise
+            # FFmpeg's words for what the system refuses are errors of both kinds.
+            how = "another place" if isinstance(error, OSError) else "a name in .mkv, which holds most"
             raise OutputError(
-                f"{path.name}: cannot be written ({error.strerror or error}); choose a name in .mkv, which "
-                "holds most"
+                f"{named}: cannot be written ({error.strerror or error}); choose {how}"
             ) from error
     return lost
+
+
+def _loses_alpha(frame: Any, settings: Settings) -> bool:
+    return has_alpha(frame) and "yuva" not in settings.stored_as(frame)
 
 
 def _options(settings: Settings) -> dict[str, str]:

@@ -39,21 +39,32 @@ def bits_of(frame: Any) -> int:
     return int(max(one.bits for one in frame.format.components))
 
 
+def has_alpha(frame: Any) -> bool:
+    """Return whether a frame tells how transparent it is."""
+    return any(one.is_alpha for one in frame.format.components)
+
+
 def writable(frame: Any) -> Any:
-    """Return a frame whose planes can be written, in the format that is nearest to its own."""
-    name = frame.format.name
-    if name.startswith(PLANAR) and not name.endswith("be"):
+    """Return a frame whose planes can be written, in the format that is nearest to its own, as most are.
+
+    What an encoder is told of a frame, its matrix and range, is that of what this returns.
+    """
+    kind = frame.format
+    if kind.name.startswith(PLANAR) and not kind.name.endswith("be"):
         return frame
-    deep = bits_of(frame) > 8
+    halved = kind.chroma_width(64) < 64, kind.chroma_height(64) < 64
+    chroma = {(True, True): "420", (True, False): "422"}.get(halved, "444")
+    alpha, depth = "a" * has_alpha(frame), "10le" if bits_of(frame) > 8 else ""
     made = frame.reformat(
-        format="yuv444p10le" if deep else "yuv444p",
+        format=f"yuv{alpha}{chroma}p{depth}",
         src_colorspace=matrix_of(frame),
         dst_colorspace=matrix_of(frame),
         src_color_range=_range_of(frame),
         dst_color_range="MPEG",
+        interpolation=_HOW,
         threads=1,
     )
-    made.pts = frame.pts
+    made.pts, made.color_primaries, made.color_trc = frame.pts, frame.color_primaries, frame.color_trc
     return made
 
 

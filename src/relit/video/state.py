@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from relit.errors import ImageError, LandmarkError, OptionError, OutputError
+from relit.face.landmarks import Landmarks
 from relit.photo.alone import alone_at
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
 
 @contextmanager
@@ -55,3 +59,19 @@ def _begin(folder: Path, told: str) -> None:
         shutil.rmtree(folder)
     folder.mkdir(exist_ok=True)
     note.write_text(told, "utf-8")
+
+
+def stamp_of(path: str) -> list[Any]:
+    """Return what changes when a file does."""
+    told = Path(path).stat()
+    return [str(Path(path).resolve()), told.st_size, told.st_mtime_ns]
+
+
+def print_of(given: Any) -> str:
+    """Return what only the same photo or landmarks have."""
+    if isinstance(given, Landmarks):
+        given = given.points
+    profile = getattr(given, "profile", None)
+    pixels = np.ascontiguousarray(getattr(given, "pixels", given))
+    told = f"{pixels.dtype.str} {pixels.shape} {hashlib.sha256(profile or b'').hexdigest()} "
+    return hashlib.sha256(told.encode() + pixels.tobytes()).hexdigest()

@@ -30,7 +30,7 @@ def address():
             yield found[0]
         finally:
             server.terminate()
-            server.wait(20)
+            server.wait(120)
 
 
 @pytest.fixture(scope="session")
@@ -120,7 +120,7 @@ def mount(blank, address):
 @pytest.fixture(scope="session")
 def sat(address, photos):
     """A session on the server with the two photos, and a way to have its landmarks found anew at once."""
-    with httpx.Client(base_url=f"{address}api/v1", timeout=60) as client:
+    with httpx.Client(base_url=f"{address}api/v1", timeout=300) as client:
         token = client.post("/sessions").json()["session"]
         found = {}
         for role, file in zip(("target", "reference"), photos, strict=True):

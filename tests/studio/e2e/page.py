@@ -7,27 +7,35 @@ from pathlib import Path
 import numpy as np
 
 BROWSER = Path("/usr/bin/chromium")
-WAIT = 30_000  # ms
-#: ms without a question to the server, and none planned, after which the page has nothing more to ask.
-QUIET = 150
+WAIT = 120_000  # ms
+#: Looks, 10 ms apart, without a question to the server, or a planned one, after which the page has no more.
+#: No time: where the page did not have its turn for long, what it has planned comes before another look.
+QUIET = 15
 
-#: Counts what the page has asked the server and not yet been answered.
+#: Counts what the page waits for: answers and what is in them, files, pictures.
 WATCH = """
-    window.asked = { open: 0, last: 0 };
-    const fetched = window.fetch;
-    window.fetch = async (...request) => {
-        window.asked.open += 1;
-        try { return await fetched(...request); }
-        finally { window.asked.open -= 1; window.asked.last = performance.now(); }
-    };
+    window.asked = { open: 0, ended: 0 };
+    const watch = (owner, ...names) => names.forEach((name) => {
+        const wait = owner[name];
+        owner[name] = async function (...given) {
+            asked.open += 1;
+            try { return await wait.apply(this, given); }
+            finally { asked.open -= 1; asked.ended += 1; }
+        };
+    });
+    watch(window, "fetch");
+    watch(Response.prototype, "arrayBuffer", "blob", "json", "text");
+    watch(Blob.prototype, "arrayBuffer", "text");
+    watch(HTMLImageElement.prototype, "decode");
 """
 
 _QUIET = """async ([quiet, most]) => {
     const began = performance.now();
-    const busy = () => asked.open || document.querySelector("#stage").ariaBusy === "true";
-    while (busy() || performance.now() - Math.max(asked.last, began) < quiet) {
+    for (let looks = 0, ended = asked.ended; looks < quiet; looks += 1) {
         if (performance.now() - began > most) throw new Error("The page never rests.");
         await new Promise((go) => setTimeout(go, 10));
+        if (asked.open || asked.ended > ended || document.querySelector("[aria-busy=true]")) looks = -1;
+        ended = asked.ended;
     }
 }"""
 

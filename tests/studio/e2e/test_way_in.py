@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from tests.studio.e2e.page import settled
+from tests.studio.e2e.page import settled, until
 
 pytestmark = [pytest.mark.e2e, pytest.mark.slow]
 
@@ -25,7 +25,7 @@ def told():
             yield "".join(lines)
         finally:
             server.terminate()
-            server.wait(20)
+            server.wait(120)
 
 
 @pytest.fixture(scope="module")
@@ -44,8 +44,7 @@ def test_the_address_that_is_printed_lets_in(told, token, blank):
     assert not any(token in url for url in asked), "nor does it go into a log"
     page.click("#samples")
     page.wait_for_selector(".stage.filled")
-    settled_pictures = "[...document.images].filter((one) => one.src && !one.complete).length"
-    assert page.evaluate(settled_pictures) == 0
+    until(page, "[...document.images].every((one) => !one.src || (one.complete && one.naturalWidth))")
     page.reload()
     page.wait_for_selector("#samples:enabled")
     assert not page.locator("#way-in").is_visible()

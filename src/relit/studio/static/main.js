@@ -2,12 +2,14 @@
 /** The page: what the visitor does becomes the document, and the document is shown. */
 
 import { ApiError, fetchOptions, isAborted } from "./api.js";
+import { optionsOf } from "./command.js";
 import { Controls } from "./controls.js";
 import { entered } from "./entry.js";
 import { dropZone, onChosen, save } from "./files.js";
 import { Intake } from "./intake.js";
 import { Lighting } from "./lighting.js";
 import { Newest } from "./newest.js";
+import { copied } from "./outgoing.js";
 import { Panel } from "./panel.js";
 import { ROLES } from "./pairs.js";
 import { picking } from "./picking.js";
@@ -21,6 +23,7 @@ import { Store } from "./state.js";
 import { FilmStrip } from "./strip.js";
 import { Sync } from "./sync.js";
 import { begin, hold, keep } from "./visit.js";
+import { first } from "./zip.js";
 
 /**
  * @typedef {import("./api.js").Role} Role
@@ -95,7 +98,8 @@ async function start() {
     $("undo").disabled = !store.past.length;
     $("redo").disabled = !store.future.length;
     const { options, reference } = store.now;
-    if (able) preview.ask({ options, reference: reference || null, views: stage.wanted, side: stage.side });
+    const { wanted: views, side, fine } = stage;
+    if (able) preview.ask({ options, reference: reference || null, views, side, fine });
     else preview.cancel();
     $("stage").classList.toggle("waiting", !able);
     $("stage").classList.toggle("seated", Boolean(photos.target));
@@ -233,10 +237,16 @@ async function start() {
   });
   /**
    * Two photos are a person and a light, more are a film strip. One goes where there is none, and beside a pair to the
-   * references: nobody is replaced unasked. @param {File[]} files @param {Role} [role] that somebody said
+   * references: nobody is replaced unasked. @param {File[]} given @param {Role} [role] that somebody said
    */
-  const receive = async (files, role) => {
-    const pictures = files.filter((file) => !intake.isMarks(file));
+  const receive = async (given, role) => {
+    const others = [];
+    for (const file of given) {
+      if (/\.json$/i.test(file.name) && (await optionsOf(file))) await loading(file);
+      else others.push(file);
+    }
+    if (!others.length) return undefined;
+    const pictures = others.filter((file) => !intake.isMarks(file));
     if (pictures.length > 2) {
       film.clear();
       film.add(pictures);
@@ -245,7 +255,7 @@ async function start() {
     const empty = ROLES.find((one) => !photos[one]) ?? "reference";
     const lost = ROLES.find(faceless) ?? "target";
     for (const one of ROLES) if (!faceless(one)) problems.tell(one, "");
-    await intake.receive(files, role ?? (pictures.length ? empty : lost));
+    return intake.receive(others, role ?? (pictures.length ? empty : lost));
   };
   drop = (files) => void receive(files);
   onChosen($("open"), (files) => void receive(files));
@@ -275,7 +285,9 @@ async function start() {
       refresh();
     });
   });
-  share(store, offer.options, () => names, (id) => id in gallery.names, say);
+  const load = share(store, offer.options, () => names, (id) => id in gallery.names, say);
+  const loading = (/** @type {File} */ file) => attempt(null, () => load(file));
+  onChosen($("load-settings"), ([file]) => void loading(file));
   const { viewer } = stage;
   picking(viewer, $("pick"), (place) =>
     attempt(null, async () => {
@@ -284,8 +296,23 @@ async function start() {
       else say("That is beside the face.");
     }),
   );
-  viewer.file = () => ({ url: viewer.pictures.after?.src ?? "", name: `${(names.target || "photo").replace(/\.[^.]*$/, "")}-relit.jpg` });
-  $("copy-picture").addEventListener("click", async () => say((await viewer.copy()) || "Copied the picture."));
+  viewer.file = () => {
+    const { src = "", naturalWidth, naturalHeight } = viewer.pictures.after ?? {};
+    return { url: src, name: `${(names.target || "photo").replace(/\.[^.]*$/, "")}-relit-${naturalWidth}x${naturalHeight}.jpg` };
+  };
+  $("copy-picture").addEventListener("click", () => {
+    if (!ready()) return say("There is no picture yet.");
+    return attempt(null, async () => {
+      const { width, height } = /** @type {import("./api.js").Photo} */ (photos.target);
+      const png = agree().then(async () => {
+        const { options, reference } = store.now;
+        return first((await session.export({ options, reference: reference || null, format: ".png" })).file);
+      });
+      const refused = await copied(png);
+      await png; // what the server refuses is its to tell
+      say(refused || `Copied the picture, ${width} × ${height}.`);
+    }, "Making it in full resolution…");
+  });
 
   for (const role of ROLES) {
     const panel = panels[role];
@@ -305,8 +332,8 @@ async function start() {
       for (const newest of [intake.target, lighting.newest, seats]) newest.next();
       await sync.exchange(ROLES, async () => {
         const given = await session.samples();
-        names = { target: "sample", reference: "sample" };
-        gallery.seat("sample", "sample");
+        names = { target: "target.png", reference: "reference.jpg" }; // as `relit samples` writes them
+        gallery.seat("sample", names.reference);
         await take(given);
       });
     }),

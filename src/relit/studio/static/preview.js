@@ -14,7 +14,10 @@ const PATIENCE = 300; // ms after which the user is told that work goes on
  *   seconds: number, lamps: [number, number, number, string][], fill: number, confidence: number}} Picture
  */
 
-/** @typedef {{options: object, reference: string | null, views: string[], side: number}} Wish */
+/**
+ * @typedef {{options: object, reference: string | null, views: string[], side: number, fine: number}} Wish
+ *   px of quick pictures, and of fine ones
+ */
 
 export class Preview extends EventTarget {
   /**
@@ -72,7 +75,8 @@ export class Preview extends EventTarget {
   }
 
   /** @param {Wish} wish @param {boolean} quick @returns {Promise<boolean>} whether it was shown */
-  async #show({ options, reference, views, side }, quick) {
+  async #show({ options, reference, views, side: rough, fine }, quick) {
+    const side = quick ? rough : fine;
     const control = (this.running = new AbortController());
     const { signal } = control;
     const slow = setTimeout(() => this.#say("busy", true), PATIENCE);

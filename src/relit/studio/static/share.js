@@ -1,19 +1,20 @@
 // @ts-check
 /** Two settings to switch between, the command that makes the picture, and settings as a file. */
 
-import { commandOf, optionsOf, settingsOf } from "./command.js";
-import { onChosen, save } from "./files.js";
+import { ApiError } from "./api.js";
+import { SETTINGS, commandOf, faultOf, optionsOf, settingsOf } from "./command.js";
+import { save } from "./files.js";
 
 const $ = (/** @type {string} */ id) => /** @type {any} */ (document.getElementById(id));
 
-/** @param {() => string} text @param {(text: string) => void} say */
-async function copy(text, say) {
+/** @param {string} text @param {(text: string) => void} say @param {string} more to know about it */
+async function copy(text, say, more) {
   try {
-    await navigator.clipboard.writeText(text());
-    say(`Copied: ${text()}`);
+    await navigator.clipboard.writeText(text);
+    say(`Copied: ${text}${more}`);
   } catch {
     // Without leave to write there, it can still be read.
-    say(text());
+    say(`${text}${more}`);
   }
 }
 
@@ -24,19 +25,28 @@ async function copy(text, say) {
  * @param {() => {target: string, reference: string}} names
  * @param {(reference: string) => boolean} held whether a reference can be had again
  * @param {(text: string) => void} say
+ * @returns {(file: File) => Promise<void>} what loads settings, or says why not
  */
 export function share(store, declared, names, held, say) {
-  $("command").addEventListener("click", () =>
-    copy(() => commandOf(store.now.options, declared, names(), $("format").value), say),
-  );
-  $("save-settings").addEventListener("click", () => save(settingsOf(store.now.options), "relit-settings.json"));
-  onChosen($("load-settings"), async ([file]) => {
-    const options = optionsOf(await file.text(), declared);
-    if (!options) return say(`${file.name} is not a file of settings; choose one that was saved here.`);
-    store.set(/** @type {Partial<T>} */ ({ options: { ...store.now.options, ...options } }));
-    return say(`Settings of ${file.name}.`);
+  $("command").addEventListener("click", () => {
+    const { options, faces } = store.now;
+    const used = options.light ? [faces.target] : [faces.target, faces.reference];
+    const byHand = used.some((marks) => marks && !marks.detected);
+    const more = byHand ? ` (the export has ${SETTINGS}, with the landmarks that were placed)` : "";
+    return copy(commandOf(options, declared, names(), $("format").value, byHand), say, more);
   });
+  $("save-settings").addEventListener("click", () => save(settingsOf(store.now.options), "relit-settings.json"));
+  /** @param {File} file */
+  const load = async (file) => {
+    const options = await optionsOf(file);
+    if (!options) throw new ApiError(0, "refused", `${file.name} is not a file of settings; choose one that was saved here.`);
+    const fault = faultOf(options, declared);
+    if (fault) throw new ApiError(0, "refused", `${file.name}: ${fault}`);
+    store.set(/** @type {Partial<T>} */ ({ options: { ...store.now.options, ...options } }));
+    say(`Settings of ${file.name}.`);
+  };
   twoSettings(store, held, say);
+  return load;
 }
 
 /**
