@@ -136,6 +136,18 @@ def test_no_frame_is_marked_while_another_photo_is_in_hand(strip, photos):
     assert in_hand(strip) == []
 
 
+def test_frames_show_their_photos_as_long_as_they_are_there(visit, three):
+    page = visit(fit=False)
+    page.set_input_files("#open", three)
+    page.wait_for_selector(".stage.filled")
+    until(page, "[...document.querySelectorAll('#film img')].filter((one) => one.naturalWidth).length === 3")
+    gone = page.locator("#film img").first.get_attribute("src")
+    page.set_input_files("#open", three)
+    read = "(place) => fetch(place).then(() => 'there', () => 'gone')"
+    assert page.evaluate(read, gone) == "gone"
+    page.wait_for_selector(".stage.filled")
+
+
 @pytest.mark.parametrize("then", ["second.jpg", "Split"])
 def test_the_look_that_was_chosen_last_is_in_use(lit, then):
     page = lit

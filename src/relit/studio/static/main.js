@@ -191,6 +191,7 @@ async function start() {
   const seat = async (id) => {
     const signal = seats.next();
     const name = gallery.names[id];
+    film.left();
     const photo = await gallery.use(id, signal);
     names.reference = name;
     files.reference = gallery.files.get(id) ?? null;
@@ -341,6 +342,7 @@ async function start() {
     attempt(null, async () => {
       await agree();
       await sync.exchange(ROLES, async () => {
+        film.left();
         const { id, ...given } = await session.swap();
         names = { target: names.reference, reference: names.target };
         Object.assign(files, { target: files.reference, reference: files.target });

@@ -5,6 +5,9 @@ import { ApiError } from "./api.js";
 import { toSend } from "./pairs.js";
 import { zipped } from "./zip.js";
 
+/** Files that a browser shows. */
+const SHOWN = ["image/jpeg", "image/png", "image/webp"];
+
 /** Where the server keeps the photo of a film strip that is relit next. */
 export const BESIDE = "film";
 
@@ -32,13 +35,18 @@ export class FilmStrip extends EventTarget {
     this.chosen = -1;
     this.list = this.#part("ol");
     this.run = new AbortController();
+    /** @type {Light | null} while a set is relit */
+    this.lit = null;
     this.#part("[data-do=all]").addEventListener("click", () => void this.#export());
     this.#part("[data-do=stop]").addEventListener("click", () => this.run.abort());
   }
 
   /** @param {File[]} files */
   add(files) {
-    this.frames.push(...files.map((file) => ({ name: file.name, file, problem: "", lost: [], marks: null })));
+    for (const file of files) {
+      this.frames.push({ name: file.name, file, problem: "", lost: [], marks: null });
+      this.list.append(this.#item(file, this.frames.length - 1));
+    }
     this.#draw();
   }
 
@@ -46,6 +54,8 @@ export class FilmStrip extends EventTarget {
     this.run.abort();
     this.frames = [];
     this.chosen = -1;
+    for (const image of this.list.querySelectorAll("img")) URL.revokeObjectURL(image.src);
+    this.list.replaceChildren();
     this.#draw();
   }
 
@@ -84,17 +94,24 @@ export class FilmStrip extends EventTarget {
     this.#draw();
   }
 
+  /** The reference in use is about to leave its seat. One that is not at hand lights no more of a set. */
+  left() {
+    if (this.lit && !this.lit.reference && !this.lit.options.light) this.run.abort();
+  }
+
   /** Relight all, and save them together; what is refused is told, and the others go on. */
   async #export() {
     const { signal } = (this.run = new AbortController());
     this.#busy(true);
     try {
-      const made = await this.#relitAll([...this.frames], await this.light(), signal);
+      this.lit = await this.light();
+      const made = await this.#relitAll([...this.frames], this.lit, signal);
       if (made.length) this.dispatchEvent(new CustomEvent("made", { detail: await zipped(distinct(made)) }));
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       this.#say(error.message);
     } finally {
+      this.lit = null;
       this.#busy(false);
       this.#draw();
     }
@@ -153,19 +170,28 @@ export class FilmStrip extends EventTarget {
 
   #draw() {
     this.root.hidden = this.frames.length < 2;
-    this.list.replaceChildren(
-      ...this.frames.map(({ name, problem, lost }, k) => {
-        const item = document.createElement("li");
-        const told = problem || (lost.length ? `Saved without ${lost.join(", ")}.` : "");
-        const button = Object.assign(document.createElement("button"), { type: "button", textContent: name, title: told });
-        button.setAttribute("aria-current", String(k === this.chosen));
-        button.classList.toggle("bad", Boolean(problem));
-        if (told) button.setAttribute("aria-description", told);
-        button.addEventListener("click", () => this.choose(k));
-        item.append(button);
-        return item;
-      }),
-    );
+    this.list.querySelectorAll("button").forEach((/** @type {HTMLElement} */ button, /** @type {number} */ k) => {
+      const { problem, lost } = this.frames[k];
+      const told = problem || (lost.length ? `Saved without ${lost.join(", ")}.` : "");
+      button.title = told;
+      button.setAttribute("aria-current", String(k === this.chosen));
+      button.classList.toggle("bad", Boolean(problem));
+      if (told) button.setAttribute("aria-description", told);
+      else button.removeAttribute("aria-description");
+    });
+  }
+
+  /** @param {File} file @param {number} at */
+  #item(file, at) {
+    const item = document.createElement("li");
+    const button = Object.assign(document.createElement("button"), { type: "button" });
+    if (SHOWN.includes(file.type)) {
+      button.append(Object.assign(new Image(), { alt: "", draggable: false, decoding: "async", src: URL.createObjectURL(file) }));
+    }
+    button.append(file.name);
+    button.addEventListener("click", () => this.choose(at));
+    item.append(button);
+    return item;
   }
 
   /** @param {boolean} yes */
