@@ -105,11 +105,8 @@ def fail(run, place):
 
 
 def the_line(err):
-    """Return the message, which is one line, or click's usage and one line."""
+    """Return the message, which is one line."""
     lines = err.splitlines()
-    if len(lines) == 4 and lines[0].startswith("Usage: relit") and lines[1].startswith("Try 'relit"):
-        assert lines[2] == ""
-        return lines[3].removeprefix("Error: ")
     assert len(lines) == 1, err
     assert lines[0].startswith("relit: error: ")
     return lines[0].removeprefix("relit: error: ")

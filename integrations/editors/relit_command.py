@@ -154,7 +154,7 @@ def told(said: str) -> str:
     >>> told("")
     'relit failed, and did not say why; try the same photo with the relit command.'
     """
-    line = " ".join(re.split(r"(?:^|\n)(?:relit: error|Error): ", said)[-1].split())
+    line = " ".join(re.split(r"(?:^|\n)relit: error: ", said)[-1].split())
     return line or "relit failed, and did not say why; try the same photo with the relit command."
 
 

@@ -39,6 +39,16 @@ def refused(manifest):
 
 
 class TestManifest:
+    @pytest.mark.parametrize("name", ["strength", "shadows", "highlights", "softness", "fill", "tint"])
+    def test_shares_are_as_on_the_command_line(self, tmp_path, name):
+        manifest = write(tmp_path / "m.csv", f"target,{name}\na.png,80%\n")
+        assert [row.options for row in manifest] == [((name, 0.8),)]
+
+    def test_what_is_no_share_has_no_percentage(self, tmp_path):
+        (row,) = write(tmp_path / "m.csv", "target,turn\na.png,80%\n")
+        with pytest.raises(OptionError, match="turn: expected a finite number of -180 or more"):
+            options_with(TransferOptions(), row.options)
+
     @given(
         rows=st.lists(st.tuples(NAMES, st.none() | NAMES, st.none() | st.floats(0, 4)), max_size=8),
         bom=st.booleans(),

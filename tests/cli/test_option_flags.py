@@ -72,6 +72,15 @@ OPTIONS = {
 }
 
 
+def heeding(name):
+    """Return the method beside which an option does something, if that is not the default one."""
+    return {"method": "ltv"} if name in ("neighborhood", "split_first") else {}
+
+
+def flags_of(options):
+    return [word for name, value in options.items() for word in (FIELDS[name].metadata["flag"], value)]
+
+
 class TestOneSourceOfOptions:
     """Flags, defaults, choices and help of the command line are those of `TransferOptions`."""
 
@@ -126,8 +135,9 @@ class TestOneSourceOfOptions:
         [(name, choice) for name, field in FIELDS.items() for choice in field.metadata["choices"]],
     )
     def test_every_choice_arrives(self, options_of, name, choice):
-        options = options_of(FIELDS[name].metadata["flag"], str(choice))
-        assert options == TransferOptions(**{name: choice})
+        beside = heeding(name)
+        options = options_of(*flags_of(beside), FIELDS[name].metadata["flag"], str(choice))
+        assert options == TransferOptions(**beside, **{name: choice})
         assert type(getattr(options, name)) is type(choice)
 
     @pytest.mark.parametrize(
@@ -147,9 +157,8 @@ class TestOneSourceOfOptions:
     )
     @pytest.mark.parametrize("value", [True, False])
     def test_every_switch_arrives(self, options_of, name, value):
-        assert options_of(f"--{'' if value else 'no-'}{name.replace('_', '-')}") == TransferOptions(
-            **{name: value}
-        )
+        beside, flag = heeding(name), f"--{'' if value else 'no-'}{name.replace('_', '-')}"
+        assert options_of(*flags_of(beside), flag) == TransferOptions(**beside, **{name: value})
 
     @pytest.mark.parametrize(
         ("name", "value"),

@@ -1,11 +1,13 @@
 """`relit serve`: who is asked for a token, what is said of it, and limits as options."""
 
 import re
+import signal
 from dataclasses import replace
 
 import pytest
 
 from relit.cli import serve
+from relit.errors import OptionError
 from relit.studio import server
 from relit.studio.limits import Limits
 
@@ -85,18 +87,28 @@ def test_without_a_token_only_when_that_is_said(started, run, monkeypatch):
 @pytest.mark.parametrize(
     ("flags", "said"),
     [
-        ("--token short", "token: expected 16 characters or more, of A-Z a-z 0-9 . _ ~ + / -, got 5;"),
+        ("--token short", "RELIT_TOKEN: expected 16 characters or more, of A-Z a-z 0-9 . _ ~ + / -, got 5;"),
         ("--token 'with spaces and more'", "got 20 with others among them; leave it out, and one is made"),
+        ("--token ''", "--token or RELIT_TOKEN: expected 16 characters or more"),
         (
             "--trusted-proxy *",
             "--trusted-proxy: expected an address or a network, as 127.0.0.1 or 10.0.0.0/8",
         ),
-        ("--host no.such.name.invalid", "host: expected an address of this machine or a name of one"),
-        ("--max-bytes 2T", "'2T' is not a whole number of 1 or more, as 500k, 200M or 1.5G."),
+        ("--allow-host http://light.team/", "--allow-host: expected a name alone, as light.team, without"),
+        ("--allow-host light.team:8080", "without a port, got 'light.team:8080'"),
+        ("--allow-host ''", "without a port, got ''"),
+        ("--allow-host *.light.team", "--allow-host: expected a name alone"),
+        ("--host no.such.name.invalid", "--host: expected an address of this machine or a name of one"),
+        ("--max-bytes 2T", "'2T' is not a whole number of 1 or more, as 500k, 200M or 1.5G (see relit serve --help)"),
         ("--max-pixels 0.5", "is not a whole number"),
         ("--memory infM", "is not a whole number"),
-        ("--workers 0", "'0' is not a whole number of 1 or more."),
-        ("--header-timeout 0", "0"),
+        ("--workers 0", "'0' is not a whole number of 1 or more (see"),
+        ("--header-timeout 0", "'0' is not a number of seconds above 0 (see"),
+        ("--compute-timeout nan", "'nan' is not a number of seconds above 0 (see"),
+        ("--live inf", "'inf' is not a number of seconds above 0 (see"),
+        ("--body-timeout soon", "'soon' is not a number of seconds above 0 (see"),
+        ("--port abc", "'abc' is not a whole number of 0 to 65535 (see"),
+        ("--port 65536", "'65536' is not a whole number of 0 to 65535 (see"),
     ],
 )
 @pytest.mark.usefixtures("started")
@@ -105,6 +117,39 @@ def test_what_is_wrong_is_said_in_a_line(run, flags, said):
     assert done.code == 2
     assert said in done.err
     assert "short" not in done.err.replace("--token short", "")
+
+
+def test_an_empty_token_in_the_environment_is_refused(started, run, monkeypatch):
+    monkeypatch.setenv("RELIT_TOKEN", "")
+    for flags in ("", "--host 0.0.0.0", "--page"):
+        done = run(f"serve {flags}")
+        assert (done.code, "--token or RELIT_TOKEN: expected 16 characters" in done.err) == (2, True)
+    assert started.app is None
+
+
+@pytest.mark.parametrize("name", ["light", "Light.Team", "light.team.", "a_b.c-d", "10.0.0.5", "2001:db8::5"])
+def test_names_of_servers_are_let_through(started, run, name):
+    assert run(f"serve --allow-host {name}").code == 0
+    assert name.lower() in started.app.app.hosts
+
+
+@pytest.mark.parametrize("name", Limits.__dataclass_fields__)
+@pytest.mark.parametrize("limit", [float("nan"), float("inf"), -1, None])
+def test_limits_are_finite(name, limit):
+    with pytest.raises(OptionError, match=f"^{name}: expected a finite number of 0 or more, got "):
+        Limits(**{name: limit})
+
+
+def test_ctrl_c_ends_it_as_every_command(run, monkeypatch):
+    def press(_address):
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(serve, "_warn_of", press)  # what it says once it is ready
+    ended = [run("serve --host 0.0.0.0 --port 0 --no-token")]
+    monkeypatch.setattr("webbrowser.open", press)
+    ended.append(run("studio"))
+    for done in ended:
+        assert (done.code, done.err.splitlines()[-1]) == (130, "relit: interrupted")
 
 
 def test_every_limit_is_an_option_with_its_default(started, run):

@@ -25,8 +25,11 @@ class TestTransfer:
         ("flags", "options"),
         [
             ("", {}),
-            ("--lambda 0.7 --neighborhood 16", {"lam": 0.7, "neighborhood": 16}),
-            ("--neighborhood isotropic --smoothing 3", {"neighborhood": "isotropic", "smoothing": 3.0}),
+            ("--lambda auto --neighborhood 16", {"lam": "auto", "neighborhood": 16}),
+            (
+                "--method ltv --neighborhood isotropic --smoothing 3",
+                {"method": "ltv", "neighborhood": "isotropic", "smoothing": 3.0},
+            ),
             ("--color-space ycbcr --channels primary", {"color_space": "ycbcr", "channels": "primary"}),
             ("--color-space hsv --kernel gaussian", {"color_space": "hsv", "kernel": "gaussian"}),
             ("--no-mask --no-affine", {"mask": False, "affine": False}),

@@ -68,7 +68,9 @@ def test_who_has_it_comes_in(asking, kind):
 
 def test_the_page_and_the_health_are_for_anyone(asking):
     for path in ("/", "/static/main.js", "/healthz"):
-        assert asking.get(path).status_code == 200
+        shown, head = asking.get(path), asking.head(path)
+        assert (shown.status_code, head.status_code, head.content) == (200, 200, b"")
+        assert head.headers["content-length"] == str(len(shown.content))
     assert asking.get("/healthz", headers={"Host": "whatever"}).json() == {"status": "ok"}
 
 

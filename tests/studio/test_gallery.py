@@ -116,11 +116,16 @@ def test_an_export_names_what_its_format_cannot_hold(client, place):
     buffer, texts = io.BytesIO(), PngInfo()
     texts.add_text("Title", "A face")
     with Image.open(sample("target")) as photo:
+        photo.putalpha(200)
         photo.save(buffer, "PNG", pnginfo=texts, dpi=(300, 300))
     client.put(f"{place}/photos/target", content=buffer.getvalue())
-    for suffix, lost in ((".png", []), (".jpg", ["text (Title)"])):
-        answer = client.post(f"{place}/export", json={"options": {"light": "loop"}, "format": suffix})
-        assert json.loads(answer.headers["X-Relit-Not-Kept"]) == lost
+    client.put(f"{place}/references/seen", content=buffer.getvalue())
+    for suffix, lost in ((".png", []), (".jpg", ["transparency", "text (Title)"])):
+        for asked in ({}, {"target": "seen"}):
+            answer = client.post(
+                f"{place}/export", json={"options": {"light": "loop"}, "format": suffix, **asked}
+            )
+            assert json.loads(answer.headers["X-Relit-Not-Kept"]) == lost
 
 
 def test_lights_by_name_are_told_with_their_places(client):

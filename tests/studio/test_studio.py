@@ -261,6 +261,9 @@ class TestFailures:
             (b'{"options": %s1%s}' % (b'{"a":' * 9999, b"}" * 9999), 400, "bad_request"),
             (b'{"side": %s}' % (b"9" * 5000), 400, "bad_request"),
             (b'"\xff"', 400, "bad_request"),
+            (b'\xff\xfe{"', 400, "bad_request"),
+            (b'{"options":', 400, "bad_request"),
+            (b"options", 400, "bad_request"),
             (b'{"side": Infinity}', 422, "bad_request"),
             (b'{"side": true}', 422, "bad_request"),
             (b'{"side": "640"}', 422, "bad_request"),
@@ -273,6 +276,20 @@ class TestFailures:
         answer = client.post(f"{place}/render", content=body, headers={"content-type": "application/json"})
         assert (answer.status_code, answer.json()["error"]["code"]) == (status, code)
         assert len(answer.json()["error"]["message"]) < 1100
+
+    @pytest.mark.parametrize(
+        ("path", "sent", "said"),
+        [
+            ("render", {"options": {"strength": None}}, "and at most 4, got nothing"),
+            ("render", {"options": {"full_resolution": 3}}, "full_resolution: expected true or false, got 3"),
+            ("landmarks/target", {"points": []}, "landmarks: expected points of 2 numbers each, or of 3"),
+            ("landmarks/target", {"points": [[1], [1, 2]]}, "expected points of 2 numbers each, or of 3"),
+        ],
+    )
+    def test_what_is_wrong_is_told_without_words_of_python(self, client, place, path, sent, said):
+        answer = client.request("PUT" if "landmarks" in path else "POST", f"{place}/{path}", json=sent)
+        assert answer.status_code == 400
+        assert answer.json()["error"]["message"].endswith(said)
 
     @pytest.mark.parametrize("lam", [1e-5, 1e-300, 5e-324])
     def test_a_lambda_near_0_takes_no_longer_than_others(self, client, place, lam):

@@ -34,8 +34,9 @@ class TestGuard:
             {"sec-fetch-site": "cross-site"},
             {"sec-fetch-site": "same-site"},
         ):
-            answer = client.post(f"{API}/sessions", headers=headers)
-            assert (answer.status_code, answer.json()["error"]["code"]) == (403, "forbidden")
+            for method, path in (("POST", f"{API}/sessions"), ("GET", f"{API}/options"), ("GET", "/")):
+                answer = client.request(method, path, headers=headers)
+                assert (answer.status_code, answer.json()["error"]["code"]) == (403, "forbidden")
         for headers in (
             {"host": "localhost:1234"},
             {"host": "[::1]:5"},
@@ -43,6 +44,7 @@ class TestGuard:
         ):
             answer = client.post(f"{API}/sessions", headers=headers)
             assert answer.status_code == 201
+            assert client.get(f"{API}/options", headers=headers).status_code == 200
 
     @pytest.mark.parametrize(
         "path", ["/", "/static/none.js", f"{API}/options", f"{API}/sessions/x/photos/target"]
@@ -67,7 +69,8 @@ class TestGuard:
             address = f"{API}/sessions/{client.post(f'{API}/sessions').json()['session']}"
             answer = client.put(f"{address}/photos/target", content=sample("target").read_bytes())
             assert answer.status_code == 400
-            assert "more than the 1000 px allowed" in answer.json()["error"]["message"]
+            said = "claims 512x512 px, more than the 1000 px allowed; save it smaller"
+            assert answer.json()["error"]["message"] == said
 
 
 class TestSessions:
@@ -119,6 +122,46 @@ class TestSessions:
         assert store.get(others[1])
         assert len(store) == 4
 
+    def test_one_that_waits_for_an_answer_is_live_however_long_that_takes(self, clock):
+        store = Sessions(Limits(sessions=2, memory=1000))
+        token = store.begin(client="me")
+        with store.using(token) as session:
+            store.keep(session, "target", blank(600))
+            clock.pass_by(module.EXPIRES + 1)
+            other = store.begin(client="a")
+            assert refused(lambda: store.keep(store.get(other), "target", blank(600))).code == "busy"
+            clock.pass_by(Limits.live_seconds + 1)
+            other = store.begin(client="b")  # in place of the idle one
+            with store.using(other):
+                clock.pass_by(Limits.live_seconds + 1)
+                assert refused(lambda: store.begin(client="c")).code == "busy"
+        clock.pass_by(Limits.live_seconds - 1)
+        assert refused(lambda: store.begin(client="c")).code == "busy"  # both have just had their answers
+        clock.pass_by(2)
+        store.begin(client="c")
+        assert (len(store), store.get(token)) == (2, session)
+
+    def test_one_that_its_client_ends_meanwhile_stays_ended(self):
+        store = Sessions()
+        token = store.begin()
+        with store.using(token):
+            store.end(token)
+        assert len(store) == 0
+
+    def test_a_photo_on_its_way_keeps_its_session(self):
+        with served(create_app(limits=Limits(sessions=1, live_seconds=0.01))) as client:
+            address = f"{API}/sessions/{client.post(f'{API}/sessions').json()['session']}"
+            photo, asked = png(np.full((90, 80), 99, np.uint8)), []
+
+            def body():
+                yield photo[:50]
+                time.sleep(0.1)
+                asked.append(client.post(f"{API}/sessions"))
+                yield photo[50:]
+
+            assert client.put(f"{address}/photos/target", content=body()).status_code == 200
+            assert [answer.json()["error"]["code"] for answer in asked] == ["busy"]
+
     def test_a_client_has_no_more_than_its_share_of_memory(self, clock):
         store = Sessions(Limits(memory=2000))
         one, two, other = (store.get(store.begin(client=client)) for client in ("me", "me", "other"))
@@ -167,6 +210,22 @@ class TestSessions:
             assert busy.size == 410  # what is at work keeps what it works on
             store.keep(one, "target", blank(100))
         assert (len(store), one.size) == (3, 100)
+
+    def test_what_is_called_off_leaves_no_more_than_there_may_be(self):
+        store = Sessions(Limits(memory=1000))
+        idle, one = (store.get(store.begin(client=client)) for client in "ab")
+        store.keep(idle, "target", blank(700))
+        with idle.memo.open():
+            remembered(np.zeros)(shape=100, dtype="u1")
+
+        def make():
+            with store.computing(one):
+                with one.memo.open():
+                    remembered(np.zeros)(shape=250, dtype="u1")
+                raise StudioError(499, "gone", "The client has hung up.")
+
+        assert refused(make).code == "gone"
+        assert (idle.memo.size, store.size) == (0, 950)
 
     def test_who_works_on_photos_keeps_those_it_began_with(self):
         store, session = Sessions(), Session()

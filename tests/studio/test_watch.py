@@ -62,6 +62,21 @@ def test_requests_are_counted_by_what_they_ask_and_how_it_ended(client):
     )
 
 
+def test_what_is_refused_at_the_door_is_counted_by_its_kind(client):
+    client.get(f"{API}/options", headers={"Host": "evil"})
+    client.get("/healthz")
+    assert counted(client, "GET", f"{API}/options", 403) == 1
+    with served(create_app(token="a-token-for-tests-alone")) as asking:
+        for path in ("/sessions/secret/photos/target", "/sessions/secret/references/grandmother", "/nothing"):
+            asking.put(f"{API}{path}", content=b"x")
+        asking.get("/")
+        asking.headers["Authorization"] = "Bearer a-token-for-tests-alone"
+        for route in (f"{API}/sessions/{{session}}/photos/{{role}}", "none"):
+            assert counted(asking, "PUT", route, 401) == 1
+        assert counted(asking, "PUT", f"{API}/sessions/{{session}}/references/{{id}}", 401) == 1
+        assert counted(asking, "GET", "/", 200) == 1
+
+
 def test_bytes_are_those_that_photos_hold(client):
     token = client.post(f"{API}/sessions").json()["session"]
     client.put(f"{API}/sessions/{token}/photos/target", content=sample("target").read_bytes())

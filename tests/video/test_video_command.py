@@ -15,6 +15,7 @@ from tests.video.clips import TAGS, frames, make, moving
 def clips(place):
     """The working folder, which holds small clips and files that are none."""
     make(place / "in.mp4", moving(4))
+    make(place / "ref.mp4", moving(2))
     return place
 
 
@@ -30,7 +31,11 @@ def clips(place):
         ("video in.mp4 --light loop -o out.mp4 --from 2 --to 1", "--to: expected more than 2 s"),
         ("video in.mp4 --light loop -o out.mp4 --from 99", "in.mp4: has no frame in the time asked for"),
         ("video in.mp4 --light loop -o in.mp4", "in.mp4: exists already; use --force"),
-        ("video in.mp4 --light loop -o in.mp4 --force", "in.mp4: is the video itself"),
+        ("video in.mp4 --light loop -o in.mp4 --force", "in.mp4: is a video that is read"),
+        ("video in.mp4 ref.mp4 -o ref.mp4 --force", "ref.mp4: is a video that is read"),
+        ("video in.mp4 ref.mp4 --reference-face 7 -o out.mp4", "ref.mp4: no face 7"),
+        ("video in.mp4 ref.mp4 --reference-landmarks a.pts -o out.mp4", "leave it out of a video REFERENCE"),
+        ("video in.mp4 --light loop --reference-end loop -o out.mp4", "--reference-end loop is for a video"),
         ("video in.mp4 --light loop -o out.gif", "out.gif: expected a name in .mp4"),
         ("video in.mp4 --light loop -o no/out.mp4", "no/out.mp4: there is no folder no"),
         ("video in.mp4 --light loop -o out.webm --codec h264", "--codec: a .webm file holds vp9, got 'h264'"),

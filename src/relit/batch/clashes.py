@@ -34,7 +34,7 @@ def check_names(
     """
     with closing(sqlite3.connect("", isolation_level=None)) as scratch:
         scratch.execute("CREATE TABLE uses (key BLOB, how TEXT, file BLOB)")
-        own = [(_key_of(place), "the run itself writes it", None) for place in reserved]
+        own = [(_key_of(place), "the run itself writes it", _bytes(place)) for place in reserved]
         scratch.execute("BEGIN")
         scratch.executemany("INSERT INTO uses VALUES (?, ?, ?)", own)
         scratch.executemany("INSERT INTO uses VALUES (?, ?, ?)", _uses(jobs, kind, folder))
@@ -68,7 +68,7 @@ def _uses(
         above = set[bytes]()
         for file in job.files(kind):
             key = _key_of(places.join(folder, file))
-            yield key, f"row {row.number} writes it", file.encode("utf-8", "surrogatepass")
+            yield key, f"row {row.number} writes it", _bytes(file)
             while len(key := key.rpartition(b"/")[0]) > len(root):
                 above.add(key)
         yield from ((key, f"row {row.number} writes below it", None) for key in above - parents)
@@ -90,7 +90,11 @@ def _key_of(place: str) -> bytes:
     if "://" not in place:
         folder, name = os.path.split(place)
         place = f"{_real(folder, counted_from(folder))}/{name}"
-    return folded(place).encode("utf-8", "surrogatepass")
+    return _bytes(folded(place))
+
+
+def _bytes(text: str) -> bytes:
+    return text.encode("utf-8", "surrogatepass")  # names of files need not be Unicode
 
 
 @lru_cache(maxsize=4096)

@@ -19,6 +19,7 @@ from typing import IO, TYPE_CHECKING, Any
 from relit.batch import places
 from relit.batch.jobs import Row
 from relit.errors import OptionError
+from relit.settings.option_fields import as_number, is_share
 from relit.settings.options import TransferOptions
 
 if TYPE_CHECKING:
@@ -128,7 +129,7 @@ def _meant(name: str, value: Any) -> Any:
     if declared.metadata["text"] or text in declared.metadata["words"]:
         return text
     try:
-        return float(text)
+        return as_number(text, share=is_share(declared.metadata))
     except ValueError:
         return text
 

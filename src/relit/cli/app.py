@@ -17,6 +17,7 @@ import click
 
 from relit import __version__
 from relit.cli.batch import batch
+from relit.cli.destinations import check_apart
 from relit.cli.evaluate import evaluate
 from relit.cli.kinds import FILE, FOLDER, Count
 from relit.cli.options import (
@@ -139,6 +140,7 @@ def landmarks(
     """Find the 478 landmarks of the face in IMAGE."""
     if not (output or overlay or as_json):
         raise click.UsageError("Nothing to do: give -o FILE, --overlay PICTURE or --json.")
+    check_apart(output, {"--overlay": [overlay]}, [image])
 
     from relit.face.landmark_files import check_landmark_destination, write_landmarks
     from relit.figures import landmark_overlay

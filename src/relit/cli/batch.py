@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from relit.cli.destinations import check_apart
 from relit.cli.groups import GroupedCommand, Option
 from relit.cli.kinds import FILE, FOLDER, Count
-from relit.cli.options import force_option, json_option, settings_of, transfer_options
+from relit.cli.options import check_heeded, force_option, json_option, settings_of, transfer_options
 from relit.cli.progress import rows_done
 from relit.cli.rows import foresee, rows_of, suffix_of
 from relit.cli.telling import (
@@ -173,11 +174,14 @@ def batch(
     from relit.runtime.engines import engine as engine_of
     from relit.runtime.threads import available
 
-    _check_options(kind, KINDS[kind].options, references, pairing)
+    _check_options(kind, KINDS[kind].options, references, pairing, engine)
+    if kind == "transfer" and manifest is None:  # rows of a table may have methods and lights of their own
+        check_heeded(settings)
     rows, source = rows_of(manifest, output, targets, references, pairing, seed)
     if kind == "transfer" and manifest is None and (references is None) == (settings.light is None):
         raise click.UsageError("Give --references, or --light, and not both.")
     where = Places.of(output, journal, results)
+    check_apart(None, {"--results": [where.results], "--journal": [str(where.journal)]}, [manifest])
     cache = str(where.journal.parent / "cache") if cache_size else None
     todo = Batch(
         rows,
@@ -221,7 +225,9 @@ def batch(
         click.get_current_context().exit(1)
 
 
-def _check_options(kind: str, used: tuple[str, ...], references: str | None, pairing: str) -> None:
+def _check_options(
+    kind: str, used: tuple[str, ...], references: str | None, pairing: str, engine: str
+) -> None:
     """Refuse options that would do nothing."""
     source = click.get_current_context().get_parameter_source
     for option in fields(TransferOptions):
@@ -231,6 +237,8 @@ def _check_options(kind: str, used: tuple[str, ...], references: str | None, pai
         raise click.UsageError(f"--references does not go with --do {kind}.")
     if pairing != "random" and source("seed") == ParameterSource.COMMANDLINE:
         raise click.UsageError("--seed goes with --pairing random.")
+    if engine == "local" and source("address") == ParameterSource.COMMANDLINE:
+        raise click.UsageError("--address goes with --engine dask or ray.")
 
 
 @contextmanager

@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from relit.cli.destinations import check_apart
 from relit.cli.kinds import FILE, Count, Number
 from relit.cli.options import (
     ALIGNMENT,
+    check_heeded,
     force_option,
     json_option,
     settings_of,
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
     from relit.settings.options import TransferOptions
 
 _EVALUATED = ("method", "exposure", "tint", "neighborhood", "split_first", "mask", *ALIGNMENT)
+_PROTOCOL = "protocol.csv"  # in the folder, where none is named
 
 
 @click.command()
@@ -45,7 +48,7 @@ _EVALUATED = ("method", "exposure", "tint", "neighborhood", "split_first", "mask
 @click.option(
     "--lambda",
     "lams",
-    type=Number(("auto",)),
+    type=Number(("auto",), wanted="a number, or 'auto'"),
     metavar="N|auto",
     multiple=True,
     default=(0.2,),
@@ -123,6 +126,7 @@ def evaluate(
     from relit.runtime.threads import available
 
     options = [settings_of({**given, "lam": lam}) for lam in lams]
+    check_heeded(next((one for one in options if one.lam == "auto"), options[0]))
     methods = {one.method if len(lams) == 1 else f"{one.method} {one.lam}": one for one in options}
     folder = source if source.is_dir() else None
     heads = folder is not None and is_of_heads(folder)
@@ -132,8 +136,11 @@ def evaluate(
     cases = _cases(source, protocol, chosen, heads)
     if not 0 <= number < len(cases):
         raise OptionError(f"--case: expected a number from 0 to {len(cases) - 1}, got {number}")
-    for suffix in (".json", ".csv") if output else ():
-        check_free(Path(f"{output}{suffix}"), overwrite=force)
+    tables = [f"{output}{suffix}" for suffix in (".json", ".csv")] if output else []
+    read = (str(source), str(protocol or source / _PROTOCOL))
+    check_apart(None, {"-o": tables, "--figure": [figure]}, read)
+    for table in tables:
+        check_free(Path(table), overwrite=force)
     if figure:
         check_destination(figure, overwrite=force)
     drawn = cases[number]
@@ -166,7 +173,7 @@ def _cases(source: Path, protocol: Path | None, chosen: str | None, heads: bool)
 
     if not source.is_dir():
         return triple_cases(source)
-    table = protocol or source / "protocol.csv"
+    table = protocol or source / _PROTOCOL
     return head_cases(table, chosen or "similar") if heads else protocol_cases(table, chosen or "quick")
 
 

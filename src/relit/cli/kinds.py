@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.shell_completion import CompletionItem
 
+from relit.settings.option_fields import as_number
+
 if TYPE_CHECKING:
     _Text = click.ParamType[str]
     _Whole = click.ParamType[int]
@@ -34,12 +36,12 @@ FILE, FOLDER = Place("file"), Place("dir")
 
 
 class Count(_Whole):
-    """A whole number, of `least` or more."""
+    """A whole number, of `least` or more, and at most of `most`."""
 
     name = "number"
 
-    def __init__(self, least: int) -> None:
-        self.least = least
+    def __init__(self, least: int, most: int | None = None) -> None:
+        self.least, self.most = least, most
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
         """Return the number."""
@@ -47,8 +49,9 @@ class Count(_Whole):
             number = int(value)
         except ValueError:
             number = self.least - 1
-        if number < self.least:
-            self.fail(f"{value!r} is not a whole number of {self.least} or more.", param, ctx)
+        if number < self.least or (self.most is not None and number > self.most):
+            most = "or more" if self.most is None else f"to {self.most}"
+            self.fail(f"{value!r} is not a whole number of {self.least} {most}.", param, ctx)
         return number
 
 
@@ -71,6 +74,22 @@ class Amount(_Whole):
         return whole
 
 
+class Duration(_Seconds):
+    """A number of seconds above 0."""
+
+    name = "seconds"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the seconds."""
+        try:
+            seconds = float(value)
+        except ValueError:
+            seconds = 0.0
+        if not 0 < seconds < float("inf"):  # which nan is not either
+            self.fail(f"{value!r} is not a number of seconds above 0.", param, ctx)
+        return seconds
+
+
 class Moment(_Seconds):
     """A time in a video: seconds, or minutes and seconds, or hours too: 62.5, 1:02.5, 0:01:02.5."""
 
@@ -86,30 +105,31 @@ class Moment(_Seconds):
                 if not 0 <= number < (60 if place else float("inf")) or len(parts) > 3:
                     raise ValueError
                 seconds = 60 * seconds + number
-        except ValueError:
+        except (ValueError, OverflowError):
             self.fail(f"{value!r} is not a time, as 62.5 (seconds), 1:02.5 or 0:01:02.5.", param, ctx)
         return seconds
 
 
 class Number(_NumberOrWord):
-    """A number, or one of the words that stand for one; of a share, 80% is 0.8."""
+    """A number, or one of the words that stand for one; of a share, 80% is 0.8.
+
+    `wanted` is what messages say of the numbers and words that it takes.
+    """
 
     name = "number"
 
-    def __init__(self, words: tuple[str, ...] = (), *, share: bool = False) -> None:
-        self.words, self.share = words, share
+    def __init__(self, words: tuple[str, ...] = (), *, share: bool = False, wanted: str = "a number") -> None:
+        self.words, self.share, self.wanted = words, share, wanted
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
         """Return the number, or the word."""
         if value in self.words:
             return str(value)
         try:
-            if self.share and isinstance(value, str) and value.endswith("%"):
-                return float(value[:-1]) / 100
-            return float(value)
+            return as_number(str(value), share=self.share)
         except ValueError:
-            wanted = " nor ".join(["a number", *map(repr, self.words)])
-            self.fail(f"{value!r} is {'neither' if self.words else 'not'} {wanted}.", param, ctx)
+            share = " (80% is 0.8)" if self.share else ""
+            self.fail(f"expected {self.wanted}{share}, got {value!r}", param, ctx)
 
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str

@@ -11,6 +11,9 @@ from click.core import ParameterSource
 
 from relit.cli.groups import Option
 from relit.cli.kinds import FILE, Count, Number, Words
+from relit.errors import OptionError
+from relit.settings.idle import idle
+from relit.settings.option_fields import is_share, number_wanted
 from relit.settings.options import TransferOptions
 
 Command = Callable[..., None]
@@ -43,9 +46,8 @@ def transfer_options(*names: str) -> Decorator:
             elif declared["text"]:
                 kind, metavar = Words(words), "WORD"
             else:
-                # What goes from nothing to a most is a share of something.
-                share = declared["at_least"] == 0 and declared["at_most"] is not None
-                kind, metavar = Number(words, share=share), "|".join(("N", *words))
+                kind = Number(words, share=is_share(declared), wanted=number_wanted(declared))
+                metavar = "|".join(("N", *words))
             command = click.option(
                 flag,
                 option.name,
@@ -79,6 +81,15 @@ def settings_of(given: dict[str, Any], saved: TransferOptions | None = None) -> 
             name: value for name, value in values.items() if source(name) == ParameterSource.COMMANDLINE
         }
     return replace(saved or TransferOptions(), **values)
+
+
+def check_heeded(settings: TransferOptions) -> None:
+    """Refuse options that were given and would do nothing; those in a file of settings are all there."""
+    source = click.get_current_context().get_parameter_source
+    for name, beside in idle(settings).items():
+        if source(name) == ParameterSource.COMMANDLINE:
+            flag = TransferOptions.__dataclass_fields__[name].metadata["flag"]
+            raise OptionError(f"{flag}: does nothing with {beside}")
 
 
 def check_streams(output: str, as_json: bool, *inputs: str) -> None:

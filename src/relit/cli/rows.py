@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from relit.cli.telling import printable, report
-from relit.cli.wording import in_plain_words
 from relit.errors import OptionError
+from relit.plain_words import in_plain_words
 
 if TYPE_CHECKING:
     from relit.batch.jobs import Rows

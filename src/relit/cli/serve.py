@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+import os
+import re
 import time
 from collections.abc import Callable
 from dataclasses import fields
@@ -12,12 +14,15 @@ from typing import Any
 import click
 
 from relit.cli.groups import Option, SectionedCommand
-from relit.cli.kinds import Amount, Count
+from relit.cli.kinds import Amount, Count, Duration
 from relit.cli.studio import PORT, studio_module
 from relit.errors import OptionError
+from relit.studio.addresses import plain
 from relit.studio.limits import Limits
 
-_SECONDS = click.FloatRange(0, min_open=True)
+_TOKEN = "RELIT_TOKEN"
+#: What a client may call a server by (RFC 3986, reg-name, as far as names of machines go).
+_NAME = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*\.?")
 #: Field of `Limits` → its flag, what it may be, and what it bounds.
 LIMITS: dict[str, tuple[str, click.ParamType[Any], str]] = {
     "bytes": ("--max-bytes", Amount(), "Of one photo that is sent."),
@@ -28,7 +33,7 @@ LIMITS: dict[str, tuple[str, click.ParamType[Any], str]] = {
     "sessions_per_client": ("--max-sessions-per-client", Count(1), "Sessions of one client."),
     "live_seconds": (
         "--live",
-        _SECONDS,
+        Duration(),
         "Seconds after a request for which no other client ends its session.",
     ),
     "workers": ("--workers", Count(1), "Computations at once."),
@@ -39,9 +44,9 @@ LIMITS: dict[str, tuple[str, click.ParamType[Any], str]] = {
         Count(4),
         "Connections at once; of one client, a quarter. Fewer where the system allows few open files.",
     ),
-    "header_seconds": ("--header-timeout", _SECONDS, "Seconds for the head of a request."),
-    "body_seconds": ("--body-timeout", _SECONDS, "Seconds for its body."),
-    "compute_seconds": ("--compute-timeout", _SECONDS, "Seconds for its answer."),
+    "header_seconds": ("--header-timeout", Duration(), "Seconds for the head of a request."),
+    "body_seconds": ("--body-timeout", Duration(), "Seconds for its body."),
+    "compute_seconds": ("--compute-timeout", Duration(), "Seconds for its answer."),
 }
 
 
@@ -55,7 +60,7 @@ def _limit_options(command: Callable[..., None]) -> Callable[..., None]:
             cls=Option,
             group="limits",
             type=kind,
-            metavar="S" if kind is _SECONDS else "N",
+            metavar="S" if isinstance(kind, Duration) else "N",
             default=_short(field.default) if isinstance(kind, Amount) else field.default,
             show_default=True,
             help=meaning,
@@ -67,6 +72,14 @@ def _short(amount: Any) -> str:
     """Write 200000000 as 200M."""
     factor, letter = next(((10**n, one) for n, one in ((9, "G"), (6, "M")) if amount % 10**n == 0), (1, ""))
     return f"{amount // factor}{letter}"
+
+
+def _names(_ctx: click.Context, _param: click.Parameter, names: tuple[str, ...]) -> tuple[str, ...]:
+    for name in names:
+        if not (_NAME.fullmatch(name) or plain(name)):
+            wanted = "a name alone, as light.team, without http:// and without a port"
+            raise OptionError(f"--allow-host: expected {wanted}, got {name!r}")
+    return names
 
 
 def _networks(_ctx: click.Context, _param: click.Parameter, proxies: tuple[str, ...]) -> tuple[str, ...]:
@@ -88,7 +101,14 @@ def _networks(_ctx: click.Context, _param: click.Parameter, proxies: tuple[str, 
     },
 )
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen at; 0.0.0.0 for all.")
-@click.option("--port", type=PORT, default=8765, show_default=True, help="Port to listen at; 0 is any free.")
+@click.option(
+    "--port",
+    type=PORT,
+    metavar="N",
+    default=8765,
+    show_default=True,
+    help="Port to listen at; 0 is any free.",
+)
 @click.option("--page/--no-page", default=False, show_default=True, help="Show the page as well.")
 @click.option(
     "--access-log",
@@ -99,7 +119,7 @@ def _networks(_ctx: click.Context, _param: click.Parameter, proxies: tuple[str, 
     "--token",
     cls=Option,
     group="who",
-    envvar="RELIT_TOKEN",
+    envvar=_TOKEN,
     show_envvar=True,
     metavar="TOKEN",
     help="What clients have to send. Better in RELIT_TOKEN: this is seen in the list of processes. [default: "
@@ -120,6 +140,7 @@ def _networks(_ctx: click.Context, _param: click.Parameter, proxies: tuple[str, 
     group="who",
     multiple=True,
     metavar="NAME",
+    callback=_names,
     help="Name that clients call it by, besides localhost and its address; may be given several times.",
 )
 @click.option(
@@ -156,9 +177,11 @@ def serve(
     }
     address = parts["addresses"].resolved(host)
     local = parts["addresses"].is_loopback(address)
-    if token and tokenless:
+    if token is None:  # click takes an empty variable for none, and whoever set it wanted a token
+        token = os.environ.get(_TOKEN)
+    if token is not None and tokenless:
         raise click.UsageError("--token (or RELIT_TOKEN) and --no-token exclude each other.")
-    token = parts["access"].checked(token) if token else None
+    token = None if token is None else parts["access"].checked(token)
     made = token is None and not tokenless and bool(not local or names or proxies)
     if made:
         token = parts["access"].new_token()

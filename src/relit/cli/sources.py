@@ -59,6 +59,11 @@ class Source(NamedTuple):
         """Whether an option says where the face is."""
         return self.landmarks is not None or self.face is not None
 
+    @property
+    def files(self) -> tuple[str | None, str | None]:
+        """What is read, as far as it is given."""
+        return self.path, self.landmarks
+
     def knowing(self, landmarks: Landmarks | None) -> Source:
         """Return the same with landmarks that count where no option says where the face is."""
         return self if self.face_is_given else self._replace(known=landmarks)

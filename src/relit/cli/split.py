@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from relit.cli.destinations import PictureFolder, check_apart
 from relit.cli.kinds import FILE, FOLDER, Number
 from relit.cli.options import (
     SPLIT,
@@ -19,7 +20,6 @@ from relit.cli.options import (
 )
 from relit.cli.sources import Source, read_photo
 from relit.cli.telling import loudness_options, progress, report, solving
-from relit.cli.terminal import PictureFolder
 
 if TYPE_CHECKING:
     from relit.photo.photo import Photo
@@ -91,6 +91,7 @@ def decompose(
     _check(eye_distance, source, settings)
 
     folder = PictureFolder(output, ("u.png", "v.png"), force)
+    check_apart(None, {"-o": folder.files}, (image, landmarks))
     photo = read_photo(image)
     splitting = _splitting(photo, source, eye_distance, settings)
     with solving("Splitting"):

@@ -8,18 +8,22 @@ from types import ModuleType
 
 import click
 
-from relit.cli.kinds import FILE
+from relit.cli.kinds import FILE, Count
 from relit.cli.sources import read_photo
 from relit.cli.telling import progress
 from relit.errors import OptionError
 
-PORT = click.IntRange(0, 65535)
+PORT = Count(0, 65535)
 
 
 @click.command()
 @click.argument("photos", metavar="[TARGET REFERENCE]", nargs=-1, type=FILE)
 @click.option(
-    "--port", type=PORT, default=0, help="Port of 127.0.0.1 to listen at. [default: any that is free]"
+    "--port",
+    type=PORT,
+    metavar="N",
+    default=0,
+    help="Port of 127.0.0.1 to listen at. [default: any that is free]",
 )
 @click.option("--open/--no-open", "opened", default=True, show_default=True, help="Open a browser at it.")
 def studio(photos: tuple[str, ...], port: int, opened: bool) -> None:

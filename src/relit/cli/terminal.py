@@ -1,34 +1,32 @@
-"""How a run ends: with pictures in a folder, or with one line on what went wrong."""
+"""How a run ends: with its exit code, and one line on what went wrong."""
 
 from __future__ import annotations
 
-import contextlib
 import os
 import sys
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from relit.cli.telling import printable
 from relit.cli.wording import in_flags
-from relit.errors import OptionError, OutputError, RelitError
-from relit.photo.atomic_files import check_free
-from relit.photo.writing import write_image
+from relit.errors import OptionError, RelitError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from numpy.typing import NDArray
+    from collections.abc import Callable
 
 
 def exit_code_of(command: Callable[[], int | None]) -> int:
     """Run a command; print what went wrong in one line, and return the exit code."""
     try:
         return command() or 0
-    except click.ClickException as error:
+    except getattr(click.exceptions, "NoArgsIsHelpError", ()) as error:  # from click 8.2
         error.show()
-        return error.exit_code
+        return int(error.exit_code)
+    except click.UsageError as error:
+        return _failed(_usage(error), error.exit_code)
+    except click.ClickException as error:
+        return _failed(error.format_message(), error.exit_code)
     except RelitError as error:
         return _failed(in_flags(str(error)), 2 if isinstance(error, OptionError) else 1)
     except (KeyboardInterrupt, click.Abort):
@@ -42,45 +40,16 @@ def exit_code_of(command: Callable[[], int | None]) -> int:
         return 1
 
 
+def _usage(error: click.UsageError) -> str:
+    """Return in one line what click finds wrong with a command, and where its help is."""
+    told, ctx = error.format_message(), error.ctx
+    parameter = None if isinstance(error, click.MissingParameter) else getattr(error, "param", None)
+    if parameter is not None:
+        hint = parameter.get_error_hint(ctx).replace("'", "")
+        told = f"{hint}: {error.message}"
+    return f"{told.removesuffix('.')} (see {ctx.command_path if ctx else 'relit'} --help)"
+
+
 def _failed(message: str, code: int = 1) -> int:
     click.echo(f"relit: error: {printable(message)}", err=True)
     return code
-
-
-class PictureFolder:
-    """A folder for pictures of some names, refused before any work goes into them.
-
-    It is made when pictures are saved, if its parent exists. `output` is another file that is written, which
-    must not be one of the pictures.
-    """
-
-    def __init__(self, path: str, names: Sequence[str], force: bool, output: str = "-") -> None:
-        self.path, self.force = Path(path), force
-        self._was_there = self.path.is_dir()
-        if self._was_there:
-            for name in names:
-                check_free(self.path / name, overwrite=force)
-        elif self.path.exists():
-            raise OutputError(f"{path}: is not a folder; choose another name")
-        else:
-            check_free(self.path)
-        if output != "-" and Path(output).resolve() in [(self.path / name).resolve() for name in names]:
-            raise OutputError(f"{output}: is one of the pictures in {path} as well; choose another name")
-
-    def save(self, pictures: dict[str, NDArray[Any]]) -> list[str]:
-        """Write the pictures and return their paths; a folder that got none is not left behind."""
-        try:
-            self.path.mkdir(exist_ok=True)
-        except OSError as error:
-            raise OutputError(
-                f"{self.path}: this folder cannot be made ({error.strerror}); choose another"
-            ) from error
-        try:
-            for name, picture in pictures.items():
-                write_image(self.path / name, picture, overwrite=self.force)
-        except BaseException:
-            with contextlib.suppress(OSError):  # it was there before, or holds pictures by now
-                if not self._was_there:
-                    self.path.rmdir()
-            raise
-        return [str(self.path / name) for name in pictures]

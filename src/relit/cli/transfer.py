@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
+from relit.cli.destinations import PictureFolder, check_apart
 from relit.cli.groups import GroupedCommand, Option
 from relit.cli.kinds import FILE, FOLDER
 from relit.cli.many import batch_command
 from relit.cli.options import (
+    check_heeded,
     check_streams,
     face_options,
     force_option,
@@ -35,7 +37,7 @@ from relit.cli.telling import (
     warn_of_folds,
     warn_of_losses,
 )
-from relit.cli.terminal import PictureFolder
+from relit.errors import OptionError
 from relit.photo.writing import check_destination, write_image
 from relit.result_files import check_results_destination, not_kept_of, write_results
 from relit.runtime.allocator import keep_freed_memory
@@ -148,9 +150,10 @@ def transfer(
     settings = settings_of(given, saved.options)
     if settings.light is not None and theirs:
         told = batch_command((target, *references), output, settings)
-        raise click.UsageError(f"Give a REFERENCE, or --light, and not both. To relight all of them: {told}")
+        raise OptionError(f"Give a REFERENCE, or --light, and not both. To relight all of them: {told}")
     if output is None:
         raise click.UsageError("Missing option '-o' / '--output'.")
+    check_heeded(settings)
     check_streams(output, as_json, target, *references, second_reference or "")
     if settings.light is None and not theirs:
         raise click.UsageError("Give a REFERENCE, or --light, and not both.")
@@ -163,7 +166,12 @@ def transfer(
     if stages is not None:
         from relit.figures import STAGES
 
-        folder = PictureFolder(stages, [f"{name}.png" for name in (*STAGES, "sheet")], force, output)
+        folder = PictureFolder(stages, [f"{name}.png" for name in (*STAGES, "sheet")], force)
+    check_apart(
+        output,
+        {"--sheet": [sheet], "--changed": [changed], "--stages": folder.files if folder else ()},
+        (region_mask, config, *(file for one in (ours, *theirs, second) for file in one.files)),
+    )
     if sheet is not None:
         check_streams(sheet, as_json)
         check_destination(sheet, overwrite=force)

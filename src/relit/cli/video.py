@@ -11,9 +11,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from relit.cli.destinations import check_apart
 from relit.cli.groups import GroupedCommand, Option
 from relit.cli.kinds import FILE, Count, Moment
-from relit.cli.options import face_options, force_option, json_option, settings_of, transfer_options
+from relit.cli.options import (
+    check_heeded,
+    face_options,
+    force_option,
+    json_option,
+    settings_of,
+    transfer_options,
+)
 from relit.cli.sources import read_photo, sources_of
 from relit.cli.telling import (
     is_quiet,
@@ -122,8 +130,16 @@ def video(
     films = [source for source in theirs if is_video(source.path)]
     if films and len(theirs) > 1:
         raise click.UsageError("Give one video as REFERENCE, or photos.")
+    if films and films[0].landmarks is not None:
+        raise click.UsageError(
+            "--reference-landmarks are those of a photo; leave it out of a video REFERENCE."
+        )
+    if reference_end == "loop" and not films:
+        raise click.UsageError("--reference-end loop is for a video REFERENCE; leave it out.")
     if "-" in (clip, output, *references):
         raise click.UsageError("A video cannot come from stdin or go to stdout; give files.")
+    check_heeded(settings)
+    check_apart(output, {"--sheet": [sheet]}, (clip, *(file for source in theirs for file in source.files)))
     need_av()
     if sheet is not None:
         check_destination(sheet, overwrite=force)
@@ -142,6 +158,7 @@ def video(
             references=[photo for _, photo in photos],
             reference_landmarks=faces,
             reference_video=films[0].path if films else None,
+            reference_face=(films[0].face or 0) if films else 0,
             loops=reference_end == "loop",
             part=(first, last),
             face=face,

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import re
 from dataclasses import fields
-from typing import TYPE_CHECKING
 
+from relit.plain_words import in_plain_words
 from relit.settings.options import TransferOptions
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 #: Arguments of the library by what the command line calls them.
 _CALLED = {
@@ -24,26 +21,9 @@ _CALLED = {
     "second_reference": "--second-reference",
     "region_mask": "--region-mask",
     "interocular_distance": "--eye-distance",
-    "address": "--address",
-    **{name: f"--{name}" for name in ("from", "to", "codec", "crf")},
+    **{name: f"--{name}" for name in ("address", "from", "to", "codec", "crf", "host", "port")},
+    "token": "--token or RELIT_TOKEN",
 }
-_JSON = {"None": "nothing", "True": "true", "False": "false"}
-_KINDS = {
-    "int": "signed numbers",
-    "uint": "whole numbers",
-    "float": "floating-point numbers",
-    "complex": "complex numbers",
-}
-_PHRASES: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
-    (r"--force or overwrite=True", "--force"),
-    (r"raise max_pixels if you trust the file", "save it smaller"),
-    (r"\(light=\.\.\.\)", "(--light)"),
-    (r"\bTrue or False\b", "true or false"),
-    (r"\bgot (None|True|False)\b", lambda found: f"got {_JSON[found[1]]}"),
-    (r"\bshape \((\d+), (\d+)\)", r"\2x\1 px"),
-    (r"\bgot \((\d+), (\d+)(?:, \d+)?\)", r"got \2x\1 px"),
-    (r"\b(u?int|float|complex)(\d+) values", lambda found: f"{_KINDS[found[1]]} of {found[2]} bits"),
-)
 # No part of a file's name, and no value in quotes.
 _NAMES = re.compile(rf"(?<![\w./'-])({'|'.join(name for name in _CALLED if '_' in name)})(?![\w./'-])")
 
@@ -66,17 +46,3 @@ def in_flags(message: str) -> str:
     elif not _NAMES.search(argument):
         return in_plain_words(message)
     return _NAMES.sub(lambda found: _CALLED[found[1]], in_plain_words(f"{argument}{colon}{rest}"))
-
-
-def in_plain_words(message: str) -> str:
-    """Return a message of the library without words of Python; its first part may be a file's name.
-
-    Examples
-    --------
-    >>> in_plain_words("None.png: exists already; use --force or overwrite=True to replace it")
-    'None.png: exists already; use --force to replace it'
-    """
-    subject, colon, rest = message.partition(": ")
-    for python, plain in _PHRASES:
-        rest = re.sub(python, plain, rest)
-    return f"{subject}{colon}{rest}"

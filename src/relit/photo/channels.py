@@ -39,6 +39,20 @@ def repeated(plane: NDArray[Any], count: int) -> NDArray[Any]:
     return np.asarray(cv2.merge([plane] * count)).reshape(*plane.shape, count)
 
 
+def first_of(planes: NDArray[Any], count: int) -> NDArray[Any]:
+    """Return the first of planes, (H, W, k), as they would lie without the others, (H, W, count).
+
+    Examples
+    --------
+    >>> first_of(np.arange(8, dtype=np.uint8).reshape(1, 2, 4), 3).tolist()
+    [[[0, 1, 2], [4, 5, 6]]]
+    """
+    made = np.empty((*planes.shape[:2], count), planes.dtype)
+    pairs = [place for number in range(count) for place in (number, number)]
+    cv2.mixChannels([np.ascontiguousarray(planes)], [made], pairs)
+    return made
+
+
 def transformed(vectors: NDArray[Any], matrix: NDArray[Any]) -> NDArray[Any]:
     """Return ``matrix @ v`` of each vector; with a column more than it has numbers, the last is added.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from relit.photo.channels import first_of
 from relit.photo.pixels import size_and_dtype
 from relit.photo.profile import convert
 
@@ -148,6 +149,8 @@ class Photo:
         samples = samples.reshape(*samples.shape[:2], -1)
         channels = samples.shape[2]
         pixels = samples[..., :3] if channels >= 3 else samples[..., 0]
+        if channels == 4 and samples.dtype.itemsize < 8:  # of wider ones no photo is made
+            pixels = first_of(samples, 3)
         return cls(pixels, samples[..., -1] if channels in (2, 4) else None, profile, metadata, jpeg=jpeg)
 
     @property

@@ -43,7 +43,7 @@ def read_image(source: FileOrName, *, max_pixels: int = DEFAULT_MAX_PIXELS) -> P
     RGB or grey; associated alpha in a TIFF or OpenEXR is divided out. Camera raw is developed to sRGB with
     the camera's white balance and no automatic brightening; the linear light of OpenEXR, which must lie in
     [0, 1], comes to the curve of sRGB. EXIF that cannot be parsed, and a colour profile that does not fit the
-    pixels or is damaged, are left out.
+    pixels or is damaged, are left out; `not_kept` tells so.
 
     Parameters
     ----------
@@ -146,6 +146,7 @@ def _decoded(
 def _upright(photo: Photo) -> Photo:
     """Apply the EXIF orientation, and leave out a profile that cannot be used."""
     orientation, metadata = put_upright(photo.metadata)
+    profile = photo.profile
 
     def turned(plane: NDArray[Any]) -> NDArray[Any]:
         if orientation > 4:
@@ -157,11 +158,14 @@ def _upright(photo: Photo) -> Photo:
         return np.ascontiguousarray(plane)
 
     pixels = turned(photo.pixels)
+    if profile and not is_usable(profile, pixels):
+        profile = None
+        metadata = replace(metadata, left_out=(*metadata.left_out, "a colour profile that cannot be used"))
     return replace(
         photo,
         pixels=pixels,
         alpha=None if photo.alpha is None else turned(photo.alpha),
-        profile=photo.profile if photo.profile and is_usable(photo.profile, pixels) else None,
+        profile=profile,
         metadata=metadata,
         jpeg=photo.jpeg.transposed() if photo.jpeg and orientation > 4 else photo.jpeg,
     )

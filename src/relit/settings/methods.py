@@ -30,6 +30,8 @@ class Method:
         Whether it splits either photo by itself, so that a reference can be split in its own frame.
     relights_head : bool
         Whether it knows the light on all of the head, with hair, ears and neck, and not on the face alone.
+    options : tuple of str
+        Of the fields of `TransferOptions` that not every method heeds, those that it does.
     """
 
     working_iod: float = 200.0
@@ -41,6 +43,7 @@ class Method:
     lights_brightness: bool = False
     splits: bool = False
     relights_head: bool = False
+    options: tuple[str, ...] = ()
 
 
 #: Name in `TransferOptions` → record. A light fitted to a face is as good on a small one; where edges are
@@ -54,10 +57,11 @@ METHODS = {
         anchors_itself=True,
         lights_brightness=True,
         relights_head=True,
+        options=("lam", "softness", "turn", "tilt", "fill"),
     ),
-    "ltv": Method(splits=True),
-    "log-gaussian": Method(),
-    "wls": Method(),
+    "ltv": Method(splits=True, options=("lam", "neighborhood", "split_first")),
+    "log-gaussian": Method(options=("lam",)),
+    "wls": Method(options=("lam",)),
     "moments": Method(),
     "histogram": Method(),
     "spherical-harmonics": Method(),

@@ -55,15 +55,36 @@ def check(name: str, value: Any, default: Any, declared: Any) -> None:
             raise OptionError(f"{name}: expected a name, got {value!r}")
     elif not (isinstance(value, str) and value in declared["words"]):
         above, at_least, at_most = declared["above"], declared["at_least"], declared["at_most"]
-        wanted = f"above {above}" if above is not None else f"of {at_least} or more"
-        wanted += f" and at most {at_most}" if at_most is not None else ""
         if not (
             is_finite(value)
             and (value > above if above is not None else value >= at_least)
             and (at_most is None or value <= at_most)
         ):
-            wanted += "".join(f", or {word!r}" for word in declared["words"])
-            raise OptionError(f"{name}: expected a finite number {wanted}, got {value!r}")
+            raise OptionError(f"{name}: expected {number_wanted(declared)}, got {value!r}")
+
+
+def number_wanted(declared: Any) -> str:
+    """Return in words which numbers, and words for some, an option takes."""
+    above, at_least, at_most = declared["above"], declared["at_least"], declared["at_most"]
+    wanted = f"above {above}" if above is not None else f"of {at_least} or more"
+    wanted += f" and at most {at_most}" if at_most is not None else ""
+    return f"a finite number {wanted}" + "".join(f", or {word!r}" for word in declared["words"])
+
+
+def is_share(declared: Any) -> bool:
+    """Return whether an option is a share of something: what goes from nothing to a most."""
+    return declared["at_least"] == 0 and declared["at_most"] is not None
+
+
+def as_number(text: str, *, share: bool = False) -> float:
+    """Return the number that a text is, or raise a `ValueError`; of a share, 80% is 0.8.
+
+    Examples
+    --------
+    >>> as_number("0.5"), as_number("80%", share=True)
+    (0.5, 0.8)
+    """
+    return float(text[:-1]) / 100 if share and text.endswith("%") else float(text)
 
 
 def is_finite(value: Any) -> bool:

@@ -40,7 +40,7 @@ def checked(token: str) -> str:
         wanted = f"token: expected {_SHORTEST} characters or more, of A-Z a-z 0-9 . _ ~ + / -"
         raise OptionError(
             f"{wanted}, got {len(token)}{'' if len(token) < _SHORTEST else ' with others among them'}"
-            "; leave it out, and one is made"
+            "; leave it out, and one is made where others may come in"
         )
     return token
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+from collections.abc import AsyncIterator
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Path, Query, Request, Response
@@ -55,16 +56,21 @@ async def _store(request: Request) -> Sessions:
     return request.app.state.sessions  # type: ignore[no-any-return]
 
 
-async def _session(request: Request, session: Token) -> Session:
-    return (await _store(request)).get(session)
-
-
-async def _portrait(request: Request, session: Token, role: models.Role) -> Portrait:
-    return (await _session(request, session)).portrait(role)
-
-
 Store = Annotated[Sessions, Depends(_store)]
+
+
+async def _session(store: Store, session: Token) -> AsyncIterator[Session]:
+    with store.using(session) as found:
+        yield found
+
+
 ThisSession = Annotated[Session, Depends(_session)]
+
+
+async def _portrait(session: ThisSession, role: models.Role) -> Portrait:
+    return session.portrait(role)
+
+
 ThisPortrait = Annotated[Portrait, Depends(_portrait)]
 
 api = APIRouter(prefix="/api/v1", responses=described(403, 408, 413, 429, 503))

@@ -29,6 +29,8 @@ from relit.studio.work import Work
 
 #: Names by which a browser on this machine calls it.
 LOCAL = ("127.0.0.1", "localhost", "::1")
+#: How monitors and balancers ask whether it is up.
+_LOOKS = ["GET", "HEAD"]
 
 
 def create_app(
@@ -76,7 +78,8 @@ def create_app(
     )
     app.state.sessions, app.state.limits, app.state.metrics = sessions, limits, metrics
     app.state.work = Work(limits)
-    for router in (api.api, api.of_session, gallery):
+    routers = (api.api, api.of_session, gallery)
+    for router in routers:
         app.include_router(router, responses=described(401) if token else None)
     answer_failures(app)
     _tell_state(app)
@@ -84,12 +87,13 @@ def create_app(
         static = str(resources.files("relit.studio") / "static")
         app.mount("/static", StaticFiles(directory=static), name="static")
 
-        @app.get("/", include_in_schema=False)
+        @app.api_route("/", methods=_LOOKS, include_in_schema=False)
         def index() -> FileResponse:
             return FileResponse(f"{static}/index.html", media_type="text/html")
 
     taken = Intake(app, limits)
-    return Watch(Guard(Access(taken, token) if token else taken, hosts), metrics)
+    routes = [route for holder in (app.router, *routers) for route in holder.routes]
+    return Watch(Guard(Access(taken, token) if token else taken, hosts), metrics, routes)
 
 
 def _tell_state(app: FastAPI) -> None:
@@ -103,7 +107,7 @@ def _tell_state(app: FastAPI) -> None:
     )
     metrics.gauge("relit_computations_running", "Computations that run.", lambda: work.running)
 
-    @app.get(HEALTH, include_in_schema=False)
+    @app.api_route(HEALTH, methods=_LOOKS, include_in_schema=False)
     async def health() -> dict[str, str]:
         return {"status": "ok"}
 

@@ -12,6 +12,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 
 from relit.errors import FaceNotFoundError, ImageError, LandmarkError, OptionError, RelitError
+from relit.plain_words import in_plain_words
 from relit.studio.models import Failure, Problem
 from relit.studio.session import StudioError
 
@@ -48,7 +49,7 @@ def answer_failures(app: FastAPI) -> None:
     @app.exception_handler(RelitError)
     def refuse_input(_request: Request, error: RelitError) -> JSONResponse:
         status, code = next((status, code) for kind, status, code in _KINDS if isinstance(error, kind))
-        return refusal(status, code, str(error).removeprefix("binary file: "))
+        return refusal(status, code, in_plain_words(str(error)).removeprefix("binary file: "))
 
     @app.exception_handler(ClientDisconnect)
     def forget(_request: Request, _error: ClientDisconnect) -> JSONResponse:
@@ -57,6 +58,8 @@ def answer_failures(app: FastAPI) -> None:
     @app.exception_handler(RequestValidationError)
     def refuse_form(_request: Request, error: RequestValidationError) -> JSONResponse:
         first = error.errors()[0]
+        if first["type"] == "json_invalid":
+            return refusal(400, "bad_request", _UNREAD)
         where = ".".join(str(part) for part in first["loc"])
         return refusal(422, "bad_request", f"{where}: {first['msg']}")
 

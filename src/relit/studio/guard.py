@@ -62,7 +62,7 @@ class Guard:
         headers = Headers(scope=scope)
         return _framing(headers, scope.get("http_version", "1.1")) or (
             # Who asks for a server's health has no name for it, and learns nothing else.
-            None if scope["path"] == HEALTH else self._host(scope, headers) or _origin(scope, headers)
+            None if scope["path"] == HEALTH else self._host(scope, headers) or _origin(headers)
         )
 
     def _host(self, scope: Scope, headers: Headers) -> JSONResponse | None:
@@ -82,12 +82,12 @@ class Guard:
         return refusal(403, "forbidden", message)
 
 
-def _origin(scope: Scope, headers: Headers) -> JSONResponse | None:
-    """Refuse a page of another site."""
+def _origin(headers: Headers) -> JSONResponse | None:
+    """Refuse a page of another site, whatever it asks: a browser names it with all that the page may read."""
     host, origin = headers.get("host", ""), headers.get("origin")
     foreign = origin and origin not in (f"http://{host}", f"https://{host}")
     same_site = headers.get("sec-fetch-site", "none") in ("same-origin", "none")
-    if same_site and not (foreign and scope["method"] not in ("GET", "HEAD")):
+    if same_site and not foreign:
         return None
     message = (
         f"A page of another site ({origin or 'not named'}) may not ask here, so that none can use this "

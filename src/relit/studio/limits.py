@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from relit.errors import OptionError
+from relit.settings.option_fields import is_finite
+
 #: Of the memory for photos, and of that for computations, what one client may take: what is left holds
 #: another's pair of 24 million px, and takes its export.
 SHARE = 0.75
@@ -11,7 +14,7 @@ SHARE = 0.75
 
 @dataclass(frozen=True)
 class Limits:
-    """What a server lets its clients take.
+    """What a server lets its clients take: finite numbers of 0 or more.
 
     Attributes
     ----------
@@ -23,8 +26,7 @@ class Limits:
     sessions, sessions_per_client : int
         How many there may be.
     live_seconds : float
-        For how long after a request its session is not ended for the sake of another one: twice as long as an
-        answer may take, and some.
+        For how long after the answer to a request its session is not ended for the sake of another one.
     workers : int
         Computations at once.
     queue, queue_per_session : int
@@ -49,6 +51,12 @@ class Limits:
     header_seconds: float = 10
     body_seconds: float = 120
     compute_seconds: float = 120
+
+    def __post_init__(self) -> None:
+        """Refuse what nothing can be compared with."""
+        for name, limit in vars(self).items():
+            if not (is_finite(limit) and limit >= 0):
+                raise OptionError(f"{name}: expected a finite number of 0 or more, got {limit!r}")
 
 
 #: Of one person at his own machine: what he leaves makes way for what he opens next, and an export takes what

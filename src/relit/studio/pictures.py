@@ -159,7 +159,13 @@ def _ordered(session: Session, options: TransferOptions, ordered: Ordered) -> Fa
 def lost_in_export(session: Session, suffix: str, target: str | None) -> tuple[str, ...]:
     """Return, in words, what the target holds that a file of an export cannot."""
     portrait = session.portrait("target", needed=True) if target is None else session.in_gallery(target)
-    return not_kept_of(NamedBytes(_name_of(suffix)), portrait.photo)
+    lost = not_kept_of(NamedBytes(_name_of(suffix)), portrait.photo)
+    return lost if _exportable(portrait.photo, suffix) is portrait.photo else ("transparency", *lost)
+
+
+def _exportable(target: Photo, suffix: str) -> Photo:
+    """Return a target as an export can hold it: who chose JPEG on a page is told, and not refused."""
+    return replace(target, alpha=None) if suffix == ".jpg" and target.alpha is not None else target
 
 
 def _name_of(suffix: str) -> str:
@@ -168,8 +174,7 @@ def _name_of(suffix: str) -> str:
 
 def _file_of(faces: Faces, options: TransferOptions, suffix: str, go_on: Callable[[], None]) -> NamedBytes:
     """Return the relit photo at its full size as a file."""
-    target, image = faces["target"][0], NamedBytes(_name_of(suffix))
-    like = replace(target, alpha=None) if suffix == ".jpg" else target
+    like, image = _exportable(faces["target"][0], suffix), NamedBytes(_name_of(suffix))
     check_results_destination(image, like=like)
     with doing_once(go_on):
         result = _relit(faces, options)

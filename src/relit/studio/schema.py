@@ -17,7 +17,7 @@ FILE: dict[str, Any] = {"requestBody": {"required": True, "content": {"applicati
 #: Headers of a file, and of a preview.
 NAMED = {"Content-Disposition": "A name for the file."}
 EXPORTED = NAMED | {
-    "X-Relit-Not-Kept": "What the photo holds beside its pixels that the format cannot, as JSON: words."
+    "X-Relit-Not-Kept": "What the photo holds beside its colours that the format cannot, as JSON: words."
 }
 VIEW_HEADERS = {
     "X-Relit-Window": "Left, top, width and height of the view, as shares of the target's.",

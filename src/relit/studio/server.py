@@ -6,7 +6,9 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
 from ipaddress import ip_network
+from signal import SIGINT
 from socket import socket
+from types import FrameType
 
 import uvicorn
 from starlette.types import ASGIApp
@@ -29,7 +31,7 @@ _TO_END = 8
 class Server(uvicorn.Server):
     """A server that tells `ready` its address once it can be opened.
 
-    `run` returns when the process is interrupted, or `should_exit` is set.
+    `run` returns once `should_exit` is set, and raises `KeyboardInterrupt` where Ctrl-C has set it.
 
     Parameters
     ----------
@@ -63,6 +65,7 @@ class Server(uvicorn.Server):
         refused: Callable[[str], None] = lambda _reason: None,
     ) -> None:
         self.addresses: list[str] = []
+        self._interrupted = False
         self._where, self._ready = (host, port), ready
         self.most_connections = connections_of(limits)
         bounds = Bounds(
@@ -98,8 +101,17 @@ class Server(uvicorn.Server):
         ------
         OptionError
             If it cannot listen there.
+        KeyboardInterrupt
+            Once all requests have ended, after Ctrl-C.
         """
         super().run(sockets or [listen(*self._where, _WAITING)])
+        if self._interrupted:  # which uvicorn tells asyncio alone, and that is through by then
+            raise KeyboardInterrupt
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        """Begin to end."""
+        self._interrupted |= sig == SIGINT
+        super().handle_exit(sig, frame)
 
     async def startup(self, sockets: list[socket] | None = None) -> None:
         """Begin to listen."""

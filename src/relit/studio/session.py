@@ -88,7 +88,9 @@ class Session:
         What its last previews were made of, and its last thumbnails: many of them do not push out what a
         preview needs.
     used : float
-        When it was last asked for, by the monotonic clock.
+        When it was last asked for, or got its answer, by the monotonic clock.
+    requests : int
+        How many of its requests have no answer yet.
     lock : Lock
         Held while the session computes.
     """
@@ -100,6 +102,7 @@ class Session:
     memo: Memo = field(default_factory=Memo)
     small: Memo = field(default_factory=lambda: Memo(_OF_THUMBNAILS))
     used: float = field(default_factory=time.monotonic)
+    requests: int = 0
     lock: threading.Lock = field(default_factory=threading.Lock)
 
     def portrait(self, role: str, *, needed: bool = False) -> Portrait:
@@ -111,7 +114,7 @@ class Session:
             If there is none: 404 where it is asked for itself, 409 where it is `needed` for something else.
         """
         if role not in self.portraits:
-            message = f"There is no {role} yet; drop a photo first."
+            message = f"There is no {role} yet; give it a photo first."
             raise StudioError(409 if needed else 404, "no_photo", message)
         return self.portraits[role]
 

@@ -1,6 +1,7 @@
 """Sessions: each browser's photos, kept apart from all others', for a while, in memory alone.
 
-A session that was used lately is live: no stranger ends it. Whoever would take more than there is, is told.
+A session that was used lately, or is being asked for something, is live: no stranger ends it. Whoever would
+take more than there is, is told.
 """
 
 from __future__ import annotations
@@ -85,10 +86,31 @@ class Sessions:
             self._end_expired()
             session = self._by_token.pop(token, None)
             if session is None:
-                raise StudioError(404, "not_found", "This session has ended; reload the page.")
+                raise StudioError(404, "not_found", "This session has ended; begin another one.")
             self._by_token[token] = session
             session.used = time.monotonic()
             return session
+
+    @contextmanager
+    def using(self, token: str) -> Iterator[Session]:
+        """Lend a session to a request: for as long as that takes, nobody else ends it.
+
+        Raises
+        ------
+        StudioError
+            As `get` does.
+        """
+        session = self.get(token)
+        with self._lock:
+            session.requests += 1
+        try:
+            yield session
+        finally:
+            with self._lock:
+                session.requests -= 1
+                session.used = time.monotonic()
+                if self._by_token.pop(token, None):  # unless its own client has ended it
+                    self._by_token[token] = session
 
     def end(self, token: str) -> None:
         """End a session, and forget its photos."""
@@ -156,24 +178,29 @@ class Sessions:
     @contextmanager
     def computing(self, session: Session) -> Iterator[None]:
         """Let a session compute, alone; then make room for what it has made."""
-        with session.lock:
-            yield
-        with self._lock:
-            self._forget_previews(session)
+        try:
+            with session.lock:
+                yield
+        finally:  # what was called off has made something too
+            with self._lock:
+                self._forget_previews(session)
 
     def _of(self, client: str) -> list[str]:
         """Return the tokens of a client's sessions, the one unused longest first."""
         return [token for token, session in self._by_token.items() if session.client == client]
 
     def _end_idle(self, tokens: list[str], whose: str) -> None:
-        """End the first of some sessions, or refuse another one if it is live."""
-        left = self._by_token[tokens[0]].used + self._limits.live_seconds - time.monotonic()
-        if left > 0:
+        """End the one of some sessions that is unused longest, or refuse another one if it is live."""
+        idle = [token for token in tokens if not self._by_token[token].requests]
+        left = self._limits.live_seconds
+        if idle:
+            left += self._by_token[idle[0]].used - time.monotonic()
+        if left > 0 or not idle:
             told = (
                 f"{whose} as many sessions in use as there may be; end one, or come back in {ceil(left)} s."
             )
             raise busy(told, left)
-        del self._by_token[tokens[0]]
+        del self._by_token[idle[0]]
 
     def _make_room(self, session: Session) -> None:
         """Make room for the photos of a session: previews go first, then idle sessions; or refuse them."""
@@ -181,7 +208,7 @@ class Sessions:
         idle = {
             token: one
             for token, one in self._by_token.items()
-            if one is not session and one.used < idle_since
+            if one is not session and one.used < idle_since and not one.requests
         }
         own = [one for one in self._by_token.values() if one.client == session.client]
         for token in [token for token, one in idle.items() if one.client == session.client]:
@@ -222,7 +249,7 @@ class Sessions:
     def _end_expired(self) -> None:
         oldest = time.monotonic() - self.expires
         for token, session in list(self._by_token.items()):
-            if session.used < oldest:
+            if session.used < oldest and not session.requests:
                 del self._by_token[token]
 
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
+from collections.abc import Sequence
 
 from starlette.requests import ClientDisconnect
+from starlette.routing import BaseRoute, Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from relit.studio.failures import refusal
@@ -29,10 +31,13 @@ class Watch:
     ----------
     app : ASGI application
     metrics : Metrics
+    routes : sequence of BaseRoute
+        Those of the application, for what is refused before it has found its own.
     """
 
-    def __init__(self, app: ASGIApp, metrics: Metrics) -> None:
+    def __init__(self, app: ASGIApp, metrics: Metrics, routes: Sequence[BaseRoute]) -> None:
         self.app, self.metrics = app, metrics
+        self._patterns = [(route.path_regex, route.path) for route in routes if isinstance(route, Route)]
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, and note it."""
@@ -64,8 +69,12 @@ class Watch:
 
     def _note(self, scope: Scope, status: int, seconds: float) -> None:
         # The pattern, as "/sessions/{session}": the path has a token, the query what the client chooses.
-        here = "static" if scope["path"].startswith("/static/") else "none"
-        route = getattr(scope.get("route"), "path", here)
+        route = getattr(scope.get("route"), "path", None) or self._pattern_of(scope["path"])
         method = scope["method"] if scope["method"] in _METHODS else "other"
         self.metrics.answered(method, route, status, seconds)
         LOG.info("%s %s %d %.3f s", method, route, status, seconds)
+
+    def _pattern_of(self, path: str) -> str:
+        if path.startswith("/static/"):
+            return "static"
+        return next((pattern for regex, pattern in self._patterns if regex.match(path)), "none")

@@ -24,8 +24,8 @@ _SHORT = (
     0.5  # s by which whole files may be shorter than they say: packets that do not tell how long they last
 )
 _LEAST = 16  # px
-# A picture of a cover lies in a file as a video of one frame.
-_COVER = 0x400
+#: A picture of a cover lies in a file as a video of one frame, of this disposition.
+COVER = 0x400
 
 
 def is_video(path: str) -> bool:
@@ -115,7 +115,7 @@ def _reason(path: str, error: Exception) -> str:
 
 def video_stream(container: InputContainer, path: str) -> av.VideoStream:
     """Return the stream of a file that is its film."""
-    streams = [one for one in container.streams.video if not int(one.disposition) & _COVER]
+    streams = [one for one in container.streams.video if not int(one.disposition) & COVER]
     if not streams:
         raise ImageError(f"{path}: holds no video; give a video file")
     stream = streams[0]
@@ -169,30 +169,55 @@ def frames(clip: Clip, first: float | None = None, last: float | None = None) ->
     Raises
     ------
     ImageError
-        If a frame cannot be decoded, has another size than the first, or is interlaced.
+        If a frame cannot be decoded, has another size than the first, is interlaced, or is not later than the
+        one before.
     """
-    with opened(clip.path) as container:
-        stream = video_stream(container, clip.path)
-        if first:
-            tick = int((first + clip.start) / clip.time_base)
-            container.seek(tick, stream=stream, backward=True)
-        for frame in container.decode(stream):
-            if frame.pts is None:
-                raise ImageError(f"{clip.path}: has frames without a time; mend the file by remuxing it")
-            time = float(frame.pts * clip.time_base) - clip.start
-            if first and time < first - 1e-6:
+    before: int | None = None
+    for frame in _decoded(clip, first):
+        if frame.pts is None:
+            raise ImageError(f"{clip.path}: has frames without a time; mend the file by remuxing it")
+        time = _time_of(frame, clip)
+        if first and time < first - 1e-6:
+            continue
+        if last is not None and time >= last - 1e-6:
+            return
+        if before is not None and frame.pts <= before:
+            raise ImageError(
+                f"{clip.path}: its times run backward at {time:.2f} s, as those of H.264 in AVI do; convert "
+                "it to MP4 first"
+            )
+        before = frame.pts
+        if (frame.width, frame.height) != (clip.width, clip.height):
+            raise ImageError(
+                f"{clip.path}: its frames turn from {clip.width}x{clip.height} to "
+                f"{frame.width}x{frame.height} px at {time:.2f} s; take the parts one by one, by --from and "
+                "--to"
+            )
+        if frame.interlaced_frame:
+            raise ImageError(f"{clip.path}: is interlaced; deinterlace it first")
+        yield frame
+
+
+def _time_of(frame: Any, clip: Clip) -> float:
+    return float(frame.pts * clip.time_base) - clip.start
+
+
+def _decoded(clip: Clip, first: float | None) -> Iterator[Any]:
+    """Decode the frames from a time on, and some before it."""
+    for seeks in (True, False) if first else (False,):
+        with opened(clip.path) as container:
+            stream = video_stream(container, clip.path)
+            if first and seeks:
+                container.seek(int((first + clip.start) / clip.time_base), stream=stream, backward=True)
+            found = container.decode(stream)
+            begin = next(found, None)
+            # Formats without an index, as MPEG-TS, may end up later than they were sent: then all is decoded.
+            if first and seeks and (begin is None or begin.pts is None or _time_of(begin, clip) > first):
                 continue
-            if last is not None and time >= last - 1e-6:
-                return
-            if (frame.width, frame.height) != (clip.width, clip.height):
-                raise ImageError(
-                    f"{clip.path}: its frames turn from {clip.width}x{clip.height} to "
-                    f"{frame.width}x{frame.height} px at {time:.2f} s; take the parts one by one, by --from "
-                    "and --to"
-                )
-            if frame.interlaced_frame:
-                raise ImageError(f"{clip.path}: is interlaced; deinterlace it first")
-            yield frame
+            if begin is not None:
+                yield begin
+                yield from found
+            return
 
 
 def missing_end(clip: Clip) -> float:

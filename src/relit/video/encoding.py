@@ -128,19 +128,22 @@ def set_up(context: Any, settings: Settings, clip: Clip, frame: Any) -> None:
     context.colorspace = int(frame.colorspace)
     context.color_range = _range_of(frame)
     context.thread_count = _THREADS
-    options = {}
+    # The factor 0 by itself is without loss in H.264 of 8 bits alone.
+    lossless = settings.crf == 0
+    options: dict[str, str] = {}
     if settings.crf is not None:
-        options["crf"] = str(settings.crf)
+        options |= {"qp": "0"} if lossless and settings.codec == "h264" else {"crf": str(settings.crf)}
     if settings.codec in ("h264", "h265"):
         options["preset"] = "fast"
     if settings.codec == "h264":
         # Its macroblock tree reads memory that it never wrote: the same frames would give other bytes.
         options["x264-params"] = "mbtree=0"
     if settings.codec == "h265":
-        options["x265-params"] = f"log-level=error:frame-threads=2:pools={_THREADS}"
+        options["x265-params"] = f"log-level=error:frame-threads=2:pools={_THREADS}:lossless={lossless:d}"
         context.codec_tag = "hvc1" if settings.muxer in ("mp4", "mov") else context.codec_tag
     if settings.codec == "vp9":
         options |= {"b": "0", "row-mt": "0", "cpu-used": "3", "deadline": "good"}
+        options |= {"lossless": "1"} if lossless else {}
     if settings.codec == "prores":
         options["profile"] = _PROFILES.get(context.pix_fmt, "3")
     context.options = options

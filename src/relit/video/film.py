@@ -86,6 +86,7 @@ def relight_video(
     references: Sequence[Any] = (),
     reference_landmarks: Sequence[Landmarks] = (),
     reference_video: str | None = None,
+    reference_face: int = 0,
     loops: bool = False,
     part: Part = (None, None),
     face: int = 0,
@@ -106,6 +107,8 @@ def relight_video(
         Photos, as of `relit.transfer`, and the faces in them.
     reference_video : str, optional
         A video whose light at the same time goes over, instead.
+    reference_face : int
+        Which face of that, as of `face`.
     loops : bool
         Whether a shorter one begins anew; else the last of its light stays.
     part : (float or None, float or None)
@@ -128,14 +131,15 @@ def relight_video(
     ImageError, FaceNotFoundError, OptionError, OutputError
         If a file cannot be read, has no face, an option is out of range, or the film cannot be written.
     """
-    _check(path, output, part, options)
+    _check(path, output, reference_video, part, options)
     clip = look_at(path)
     other = look_at(reference_video) if reference_video else None
     settings = Settings.of(output, clip, codec, crf)
     # A link that may be overwritten is followed at once: what is kept lies on the disk of the film.
     place = Path(output).resolve() if overwrite else Path(output)
     check_free(place, overwrite=overwrite)
-    given = [VERSION, path, part, face, asdict(options), asdict(settings), reference_video, loops]
+    given = [VERSION, path, part, face, asdict(options), asdict(settings), reference_video]
+    given += [reference_face, loops]
     given += [print_of(one) for one in (*references, *reference_landmarks)]
     given += [stamp_of(one) for one in (path, reference_video) if one]
     with kept_state(place, given) as folder:
@@ -146,7 +150,7 @@ def relight_video(
             beside = folder / "reference"
             beside.mkdir(exist_ok=True)
             telling = _passing("Tracking the reference", other.seconds or 0.0, tell)
-            theirs = track(other, None, None, 0, beside, telling)
+            theirs = track(other, None, None, reference_face, beside, telling)
             source = Moving(TrackedClip.of(other, (None, None), theirs), loops=loops)
         lights = Lights(tracked, source, options)
         segments = _Rendering(tracked, lights, options, settings, tell).segments(folder)
@@ -223,7 +227,7 @@ class _Rendering:
         return put_change(picture, pixels, after)
 
 
-def _check(path: str, output: str, part: Part, options: TransferOptions) -> None:
+def _check(path: str, output: str, reference: str | None, part: Part, options: TransferOptions) -> None:
     first, last = part
     if first is not None and first < 0:
         raise OptionError(f"from: expected 0 s or more, got {first:g}")
@@ -231,8 +235,9 @@ def _check(path: str, output: str, part: Part, options: TransferOptions) -> None
         raise OptionError(f"to: expected more than {first or 0:g} s, where it begins, got {last:g}")
     if not options.mask:
         raise OptionError("mask: a video is relit with it; leave --no-mask out")
-    if Path(output).exists() and Path(path).exists() and Path(output).samefile(path):
-        raise OutputError(f"{output}: is the video itself; choose another name")
+    for given in (path, *([reference] if reference else [])):
+        if Path(output).exists() and Path(given).exists() and Path(output).samefile(given):
+            raise OutputError(f"{output}: is a video that is read; choose another name")
 
 
 def _passing(step: str, total: float, tell: Callable[[Progress], None]) -> Callable[[float], None]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import itertools
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from relit.errors import OutputError
-from relit.video.clip import frames, opened, video_stream
+from relit.video.clip import COVER, frames, opened, video_stream
 from relit.video.encoding import decode_times, set_up
 from relit.video.pixels import has_alpha, writable
 from relit.video.segments import read_segment
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from relit.video.tracked_clip import TrackedClip
 
 # What a file says of itself, and not of the film.
-_OWN = {"major_brand", "minor_version", "compatible_brands", "encoder", "duration"}
+_OWN = {"major_brand", "minor_version", "compatible_brands", "encoder", "duration", "alpha_mode"}
 _BITEXACT = 0x400  # of a container: no times and numbers at random, so that the same film has the same bytes
 
 
@@ -57,6 +58,7 @@ def join(
                 video.time_base = clip.time_base
                 theirs = video_stream(source, clip.path)
                 video.metadata.update(_of(theirs.metadata))
+                video.disposition = theirs.disposition
                 if original.rotation:
                     video.set_display_rotation(original.rotation)
                 if _loses_alpha(first, settings) or theirs.metadata.get("alpha_mode") == "1":
@@ -70,8 +72,8 @@ def join(
                 for packet in _in_order(shown, others):
                     film.mux_one(packet)
         except (av.FFmpegError, OSError) as error:
-            # FFmpeg's words for what the system refuses are errors of both kinds.
-            how = "another place" if isinstance(error, OSError) else "a name in .mkv, which holds most"
+            full = error.errno in (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO)
+            how = "a place with more room" if full else "a name in .mkv, which holds most"
             raise OutputError(
                 f"{named}: cannot be written ({error.strerror or error}); choose {how}"
             ) from error
@@ -92,14 +94,20 @@ def _of(metadata: dict[str, str]) -> dict[str, str]:
 
 def _copied_streams(source: Any, film: Any, video: Any, lost: list[str]) -> dict[int, Any]:
     """Add streams like those of the source that the film's kind of file can hold: their numbers → streams."""
-    copies = {}
+    copies, chapters = {}, len(source.chapters())
     for stream in source.streams:
         if stream.index == video.index:
             continue
+        if stream.type == "attachment" and film.format.name == "matroska":
+            film.add_attachment(stream.name, stream.mimetype, stream.data)
+            continue
+        if stream.type == "data" and chapters and stream.frames == chapters:
+            continue  # the titles of chapters, which MP4 also keeps as a track
         name = stream.codec_context.name if stream.codec_context else "unknown"
         codec = getattr(getattr(stream.codec_context, "codec", None), "canonical_name", name)
-        if stream.type not in ("audio", "subtitle", "attachment") or codec not in film.supported_codecs:
-            lost.append(f"a stream of {stream.type} ({name})")
+        if stream.type not in ("audio", "subtitle") or codec not in film.supported_codecs:
+            cover = stream.type == "video" and int(stream.disposition) & COVER
+            lost.append(f"the cover ({name})" if cover else f"a stream of {stream.type} ({name})")
             continue
         copies[stream.index] = film.add_stream_from_template(stream)
         copies[stream.index].metadata.update(_of(stream.metadata))
@@ -149,23 +157,38 @@ def _other_packets(
     part: tuple[float | None, float | None],
     clip: Clip,
 ) -> Iterator[Any]:
-    streams = [source.streams[number] for number in copies if source.streams[number].type != "attachment"]
+    streams = [source.streams[number] for number in copies]
     if not streams:
         return
+    end = None if part[1] is None else Fraction(part[1] + clip.start)
     for packet in source.demux(*streams):
         time = packet.pts if packet.pts is not None else packet.dts
         if packet.size == 0 or time is None:
             continue
+        if packet.stream.type == "subtitle" and packet.pts is not None and packet.duration:
+            _cut(packet, shift if part[0] else None, end)
+            time = packet.pts
         seconds = time * packet.time_base
         if part[0] and seconds < shift:
             continue
-        if part[1] is not None and seconds >= part[1] + clip.start:
+        if end is not None and seconds >= end:
             continue
         away = int(shift / packet.time_base)
         packet.pts = None if packet.pts is None else packet.pts - away
         packet.dts = None if packet.dts is None else packet.dts - away
         packet.stream = copies[packet.stream_index]
         yield packet
+
+
+def _cut(packet: Any, start: Fraction | None, end: Fraction | None) -> None:
+    """Show words that are on the screen at an end of the film no longer than it."""
+    first, last = packet.pts, packet.pts + packet.duration
+    if start is not None and first < (begin := round(start / packet.time_base)) < last:
+        first = begin
+    if end is not None and first < (stop := round(end / packet.time_base)) < last:
+        last = stop
+    packet.pts = packet.dts = first
+    packet.duration = last - first
 
 
 def _in_order(one: Iterator[Any], other: Iterator[Any]) -> Iterator[Any]:

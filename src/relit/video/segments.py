@@ -37,7 +37,7 @@ def encode(path: Path, pictures: Iterable[Any], settings: Settings, clip: Clip, 
     Raises
     ------
     OutputError
-        If they cannot be encoded, or the segment cannot be written.
+        If they cannot be encoded.
     """
     import av
 
@@ -48,20 +48,16 @@ def encode(path: Path, pictures: Iterable[Any], settings: Settings, clip: Clip, 
             f"{clip.path}: {settings.codec} cannot hold its frames ({error.strerror}); choose another codec"
         ) from error
     temporary = path.with_suffix(".tmp")
-    try:
-        with temporary.open("wb") as file:
-            np.savez(
-                file,
-                confidence=confidence,
-                pts=np.array([one.pts for one in packets], np.int64),
-                keys=np.array([one.is_key for one in packets], bool),
-                sizes=np.array([len(one.data) for one in packets], np.int64),
-                data=np.frombuffer(b"".join(one.data for one in packets), np.uint8),
-            )
-        temporary.replace(path)
-    except OSError as error:
-        reason = error.strerror or error
-        raise OutputError(f"{path.parent}: cannot be written ({reason}); free some space") from error
+    with temporary.open("wb") as file:
+        np.savez(
+            file,
+            confidence=confidence,
+            pts=np.array([one.pts for one in packets], np.int64),
+            keys=np.array([one.is_key for one in packets], bool),
+            sizes=np.array([len(one.data) for one in packets], np.int64),
+            data=np.frombuffer(b"".join(one.data for one in packets), np.uint8),
+        )
+    temporary.replace(path)
 
 
 def confidence_of(path: Path) -> float:

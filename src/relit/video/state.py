@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from relit.errors import ImageError, LandmarkError, OptionError, OutputError
+from relit.errors import ImageError, LandmarkError, OptionError, OutputError, RelitError
 from relit.face.landmarks import Landmarks
 from relit.photo.alone import alone_at
 
@@ -48,6 +48,11 @@ def kept_state(output: Path, given: Any) -> Iterator[Path]:
             again = isinstance(error, ImageError | LandmarkError | OptionError)
             if again or not (folder / "track.npz").exists():
                 shutil.rmtree(folder, ignore_errors=True)
+            if isinstance(error, OSError) and not isinstance(error, RelitError):
+                raise OutputError(
+                    f"{output}: cannot be written ({error.strerror or error}); make room, and give the same "
+                    "command again"
+                ) from error
             raise
         shutil.rmtree(folder, ignore_errors=True)  # the film is whole, whatever stays here
 

@@ -19,7 +19,7 @@ _OPAQUE = {
 
 
 class RelitExtension(Extension):
-    """The plug-in, as Krita quiet for it."""
+    """The plug-in, as Krita asks for it."""
 
     def setup(self):
         """Krita calls this once; there is nothing to do."""
@@ -62,7 +62,7 @@ def _export(document, path):
     """Write what is seen of a document as PNG; the document stays as it is."""
     copy = document.clone()
     try:
-        copy.setBatchmode(True)  # or it quiet how to write the file
+        copy.setBatchmode(True)  # or it asks how to write the file
         if not copy.exportImage(path, InfoObject()):
             raise RelitError("Krita could not export the picture as PNG; is there room on the disk?")
     finally:
@@ -74,14 +74,13 @@ def _insert(document, result, mask):
     width, height = document.width(), document.height()
     layer = document.createNode("Relit", "paintlayer")
     pixels, white = _pixels(document, result), _white(mask)
-    mquiet = hasattr(
-        document, "createTransparencyMask"
-    )  # from Krita 5.2; before, the layer's own alpha will do
-    if not mquiet:
+    # From Krita 5.2; before, the layer's own alpha will do.
+    masked = hasattr(document, "createTransparencyMask")
+    if not masked:
         pixels = _seen_through(pixels, white, document.colorDepth())
     layer.setPixelData(QByteArray(pixels), 0, 0, width, height)
     document.rootNode().addChildNode(layer, None)
-    if mquiet:
+    if masked:
         changed = document.createTransparencyMask("Changed")
         layer.addChildNode(changed, None)
         selection = Selection()
@@ -95,7 +94,7 @@ def _pixels(document, path):
     """Return a photo's pixels as the document has its own: in its colours and depth."""
     krita = Krita.instance()
     quiet = krita.batchmode()
-    krita.setBatchmode(True)  # or it quiet how to open 16 bits
+    krita.setBatchmode(True)  # or it asks how to open 16 bits
     photo = krita.openDocument(path)
     krita.setBatchmode(quiet)
     if photo is None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 
 from relit.errors import ImageError
-from relit.photo.codecs.metadata import put_upright
+from relit.photo.codecs.metadata import FURTHER, put_upright
 from relit.photo.codecs.named_colors import refuse_hdr
 from relit.photo.codecs.tiff import read_metadata
 from relit.photo.photo import Metadata, Photo
@@ -60,9 +60,11 @@ def decode_heif(stream: BinaryIO, check_size: CheckSize) -> Photo:
         samples = to_depth(samples >> (16 - bits), np.uint16, 2**bits - 1)
     if image.premultiplied_alpha:
         divide_by_alpha(samples)
+    info = image.info
+    left_out = (FURTHER,) if len(file) > 1 or info.get("aux") or info.get("depth_images") else ()
     # libheif has turned the pixels already, as the file's own box tells; EXIF only repeats it.
-    _orientation, metadata = put_upright(Metadata(image.info["exif"], image.info.get("xmp")))
-    return Photo.from_samples(samples, _heif_profile(image.info), metadata)
+    _orientation, metadata = put_upright(Metadata(info["exif"], info.get("xmp"), left_out=left_out))
+    return Photo.from_samples(samples, _heif_profile(info), metadata)
 
 
 def _heif_profile(info: dict[str, Any]) -> bytes | None:

@@ -19,7 +19,7 @@ from relit.photo.codecs.keeping import OF_PHOTOSHOP, fitted
 from relit.photo.codecs.pillow import decode_bmp, decode_webp, encode_bmp, encode_webp
 from relit.photo.codecs.png import decode_png, encode_png
 from relit.photo.codecs.pnm import decode_pnm, encode_pnm
-from relit.photo.codecs.tiff import decode_tiff, encode_tiff, is_camera_raw
+from relit.photo.codecs.tiff import decode_tiff, encode_tiff, is_camera_raw, lost_in_tiff
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -54,10 +54,12 @@ class Format(Readable):
     library: Callable[[], Any] | None = None  # loads an optional library, or raises where that is missing
     holds: tuple[str, ...] = ()  # the fields of `Metadata` it has a place for
     segments: bool = False  # whether each of them must fit a JPEG's segment
+    loses: Callable[[Metadata], tuple[str, ...]] = lambda _: ()  # in words, what it loses of what it holds
 
     def fit(self, metadata: Metadata) -> tuple[Metadata, tuple[str, ...]]:
         """Return what it keeps of metadata, and in words what it cannot hold."""
-        return fitted(metadata, self.holds, segments=self.segments)
+        kept, lost = fitted(metadata, self.holds, segments=self.segments)
+        return kept, (*lost, *self.loses(kept))
 
 
 _JPEG, _PNG, _TIFF = rb"\xff\xd8\xff", rb"\x89PNG\r\n\x1a\n", rb"II[*+]\0|MM\0[*+]"
@@ -78,7 +80,7 @@ FORMATS: dict[str, Format] = {
     "PNG": Format(decode_png, _PNG, (".png",), encode_png, np.uint16,
                   holds=(*OF_PHOTOSHOP, "text", "names_srgb")),
     "TIFF": Format(decode_tiff, _TIFF, (".tif", ".tiff"), encode_tiff, np.float32,
-                   holds=(*OF_PHOTOSHOP, "geo")),
+                   holds=(*OF_PHOTOSHOP, "geo"), loses=lost_in_tiff),
     "WEBP": Format(decode_webp, rb"RIFF....WEBP", (".webp",), encode_webp, np.uint8,
                    profiles=("RGB",), longest=16383, holds=("exif", "xmp")),  # grey is stored as RGB
     "PPM": Format(decode_pnm, _PPM, (".ppm", ".pnm"), encode_pnm, np.uint16, alpha=False, profiles=()),

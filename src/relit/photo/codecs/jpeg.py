@@ -11,7 +11,7 @@ import numpy as np
 from PIL import ImageFile
 
 from relit.errors import ImageError
-from relit.photo.codecs.metadata import EXIF_PREFIX
+from relit.photo.codecs.metadata import EXIF_PREFIX, FURTHER
 from relit.photo.codecs.photoshop import from_segments, joined, to_segments
 from relit.photo.codecs.pillow import QUALITY, open_image, photo_from, pillow_setting, save_image
 from relit.photo.photo import JpegSettings, Photo
@@ -39,6 +39,8 @@ _LEFT_OUT = {
 #: A marker: not a byte of the pixels, a restart between them, or one of several to fill up.
 _MARKER = re.compile(rb"\xff([^\x00\xff\xd0-\xd7])")
 _END, _COMMENT = b"\xff\xd9", b"\xff\xfe"
+#: What begins another JPEG, and what fills up a file.
+_ANOTHER, _FILLING = b"\xff\xd8\xff", b"\0\xff\r\n"
 #: Damage may ask for work without end: 200 million px in 20 scans take 5 s.
 _MOST_IN_SCANS = 4_000_000_000
 
@@ -50,36 +52,43 @@ def decode_jpeg(stream: BinaryIO, check_size: CheckSize) -> Photo:
     image = open_image(stream, check_size, "JPEG")
     stream.seek(0)
     data = stream.read()
-    if image.width * image.height * _scans(data) > _MOST_IN_SCANS:
+    scans, end = _scans(data)
+    if image.width * image.height * scans > _MOST_IN_SCANS:
         raise ImageError("goes over its pixels again and again; get the file again")
     # Into an array of the size that was checked: one parser might find another size than the other.
     samples = np.empty(image.size[::-1] if image.mode == "L" else (*image.size[::-1], 3), np.uint8)
     imagecodecs.jpeg8_decode(data, out=samples)
     photo = photo_from(image, samples, _settings_of(image))
-    return replace(photo, metadata=_with_segments(photo.metadata, image))
+    return replace(photo, metadata=_with_segments(photo.metadata, image, data[end:]))
 
 
-def _with_segments(metadata: Metadata, image: Image.Image) -> Metadata:
-    """Return metadata with what Pillow leaves in segments: Photoshop's resources, and comments."""
+def _with_segments(metadata: Metadata, image: Image.Image, rest: bytes) -> Metadata:
+    """Return metadata with what Pillow leaves in segments: Photoshop's resources, and comments.
+
+    What is behind the picture belongs to it as it was: a gain map, a depth, a video.
+    """
     opened: Any = image
     segments: list[tuple[str, bytes]] = opened.applist
     iptc, photoshop = from_segments([content for name, content in segments if name == "APP13"])
     comments = [content for name, content in segments if name == "COM" and content]
+    left_out = [
+        told
+        for (name, start), told in _LEFT_OUT.items()
+        if any(found == name and content.startswith(start) for found, content in segments)
+    ]
+    if rest.strip(_FILLING):
+        left_out.append(FURTHER if _ANOTHER in rest else "data behind the picture")
     return replace(
         metadata,
         iptc=iptc,
         photoshop=photoshop,
         comments=tuple(comments[:_MOST_COMMENTS]),
-        left_out=tuple(
-            told
-            for (name, start), told in _LEFT_OUT.items()
-            if any(found == name and content.startswith(start) for found, content in segments)
-        ),
+        left_out=tuple(left_out),
     )
 
 
-def _scans(data: bytes) -> int:
-    """Count how often a JPEG goes over its pixels: once, or a dozen times where it is progressive.
+def _scans(data: bytes) -> tuple[int, int]:
+    """Return how often a JPEG goes over its pixels, a dozen times where it is progressive; and where it ends.
 
     One whose last time has no end is refused: the decoder would leave the rest grey.
     """
@@ -92,7 +101,7 @@ def _scans(data: bytes) -> int:
             at += int.from_bytes(data[start : start + 2])
     if data.find(_END, last) < 0:
         raise EOFError("no end of the image")
-    return scans
+    return scans, found.end() if found else len(data)
 
 
 def _settings_of(image: Image.Image) -> JpegSettings | None:

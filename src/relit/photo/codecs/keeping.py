@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from PIL.ExifTags import Base
 
-from relit.photo.codecs.metadata import with_texts
+from relit.photo.codecs.metadata import listed, with_texts
 from relit.photo.photo import Metadata, Text
 
 if TYPE_CHECKING:
@@ -38,7 +38,6 @@ _COMMENT = "Comment"
 #: Bytes of EXIF, of XMP, and of a comment that fit into a segment of a JPEG beside what tells their kind.
 _SEGMENTS = {"exif": 65533 - 6, "xmp": 65533 - 29}
 _LONGEST_COMMENT = 65533
-_MOST_NAMES = 4
 
 
 def fitted(
@@ -101,10 +100,7 @@ def _told_by_exif(
         exif, told = with_texts(exif, wanted, most)
     known = {(tag, wanted[tag]) for tag in told}
     rest = [text.keyword for text in texts if (_TAGS.get(text.keyword, 0), _encoded(text)) not in known]
-    names = [*dict.fromkeys(rest)]
-    if len(names) > _MOST_NAMES:
-        names[_MOST_NAMES:] = [f"{len(names) - _MOST_NAMES} more"]
-    return exif, [f"text ({', '.join(names)})"] if names else []
+    return exif, [*listed("text", rest)]
 
 
 def _encoded(text: Text) -> bytes:

@@ -12,14 +12,17 @@ from PIL.ExifTags import Base
 from relit.photo.codecs.photoshop import without_places
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from relit.photo.photo import Metadata
 
 EXIF_PREFIX = b"Exif\0\0"
+#: What is left out, in words: an EXIF block; a gain map, a depth, another shot.
+UNREADABLE, FURTHER = "EXIF that cannot be read", "further pictures"
 _ORDERS = {b"II*\0": "<", b"MM\0*": ">"}
 _NO_EXIF = b"II*\0\x08\0\0\0" + bytes(6)
 _THUMBNAILS_END = b"</xmp:Thumbnails>"
+_MOST_NAMES = 4
 _ASCII = 2  # the type of EXIF's texts
 _XMP_ORIENTATION = re.compile(rb"(tiff:Orientation(?:\s*=\s*[\"']|>))\s*[1-8]")
 
@@ -30,7 +33,10 @@ def put_upright(metadata: Metadata) -> tuple[int, Metadata]:
     EXIF that cannot be parsed is left out, and counts as orientation 1. So are thumbnails in XMP, which would
     still show the old light, and what tells places in pixels that are turned.
     """
-    orientation, exif = _take_orientation(metadata.exif or b"")
+    given = (metadata.exif or b"").removeprefix(EXIF_PREFIX)
+    orientation, exif = _take_orientation(given)
+    if given and exif is None:
+        metadata = replace(metadata, left_out=(*metadata.left_out, UNREADABLE))
     metadata = replace(metadata, exif=exif, xmp=_without_thumbnails(metadata.xmp))
     if orientation > 1:
         if metadata.xmp:
@@ -107,13 +113,37 @@ def resolution(horizontal: float, vertical: float) -> tuple[float, float] | None
     return (horizontal, vertical) if known else None
 
 
+def tags_of(exif: bytes) -> list[int]:
+    """Return the tags in the directory of an EXIF block; raise a `struct.error` if it has none."""
+    order = _ORDERS.get(exif[:4])
+    (start,) = struct.unpack_from(f"{order}I", exif, 4)
+    (count,) = struct.unpack_from(f"{order}H", exif, start)
+    return [
+        struct.unpack_from(f"{order}H", exif, at)[0] for at in range(start + 2, start + 2 + 12 * count, 12)
+    ]
+
+
+def listed(kind: str, names: Iterable[str]) -> tuple[str, ...]:
+    """Return what is lost of a kind, in words: the first names, and how many more; nothing of none.
+
+    Examples
+    --------
+    >>> listed("text", ["Title", "Source", "Title"]), listed("text", [])
+    (('text (Title, Source)',), ())
+    """
+    told = [*dict.fromkeys(names)]
+    if len(told) > _MOST_NAMES:
+        told[_MOST_NAMES:] = [f"{len(told) - _MOST_NAMES} more"]
+    return (f"{kind} ({', '.join(told)})",) if told else ()
+
+
 def _take_orientation(exif: bytes) -> tuple[int, bytes | None]:
     """Return the orientation, and the block with that tag set to 1 and the thumbnail unlinked.
 
     The block is patched in place, not parsed and rebuilt: makers' notes hold offsets that only work where
     they are.
     """
-    block = bytearray(exif.removeprefix(EXIF_PREFIX))
+    block = bytearray(exif)
     order = _ORDERS.get(bytes(block[:4]))
     if order is None:
         return 1, None

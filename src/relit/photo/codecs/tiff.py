@@ -13,15 +13,13 @@ from itertools import accumulate, islice
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
-from PIL import Image
-from PIL.ExifTags import IFD, Base
-from PIL.TiffImagePlugin import ImageFileDirectory_v2
+from PIL.ExifTags import Base
 
 from relit.errors import ImageError
-from relit.photo.codecs.geotiff import add_geo, read_geo
+from relit.photo.codecs.geotiff import Geo, add_geo, read_geo
 from relit.photo.codecs.metadata import resolution
 from relit.photo.codecs.photoshop import iptc_of, split
-from relit.photo.codecs.pillow import quiet_pillow
+from relit.photo.codecs.tiff_tags import HEADER, directory_of, exif_of
 from relit.photo.photo import Metadata, Photo
 from relit.photo.pixels import divide_by_alpha, full_of, to_depth
 
@@ -30,15 +28,6 @@ if TYPE_CHECKING:
 
     from relit.photo.codecs import CheckSize
 
-_HEADER = b"II*\0\x08\0\0\0"  # little-endian, directory at 8
-#: What a TIFF's directory shares with an EXIF block, beside the orientation; the last are Windows' own texts
-#: and further directories. The rest tells how the pixels lie in the file.
-_SHARED = {
-    *(Base.ImageDescription, Base.Make, Base.Model, Base.Software, Base.DateTime, Base.Artist),
-    *(Base.HostComputer, Base.Rating, Base.Copyright),
-    *(Base.XPTitle, Base.XPComment, Base.XPAuthor, Base.XPKeywords, Base.XPSubject),
-    *(IFD.Exif, IFD.GPSInfo),
-}
 _IPTC, _PHOTOSHOP, _PHOTOSHOP_LAYERS = 33723, 34377, 37724
 _STRIP_BYTES = 1 << 18
 _MOST_PAGES = 64  # the photo and what is reduced from it
@@ -59,7 +48,7 @@ def decode_tiff(stream: BinaryIO, check_size: CheckSize) -> Photo:
             raise ImageError("holds several pages; save one as a photo of its own")
         _check_page(page, check_size)
         samples = _samples(page)
-        metadata = replace(_metadata(stream, page), dpi=_resolution(page), geo=read_geo(page.tags))
+        metadata = replace(_metadata(stream, page, read_geo(page.tags)), dpi=_resolution(page))
         return Photo.from_samples(samples, _bytes(page, Base.InterColorProfile), metadata)
 
 
@@ -78,12 +67,15 @@ def is_camera_raw(stream: BinaryIO) -> bool:
 
 
 def read_metadata(stream: BinaryIO) -> Metadata:
-    """Return the EXIF and XMP of a TIFF, or of what is like one; nothing where it is not."""
+    """Return the EXIF and XMP of a TIFF, or of what is like one; nothing where it is not.
+
+    What else a camera's raw file tells is about what its sensor saw, and is not named as lost.
+    """
     import tifffile
 
     stream.seek(0)
     with suppress(Exception), tifffile.TiffFile(stream) as file:
-        return _metadata(stream, file.pages.first)
+        return replace(_metadata(stream, file.pages.first), left_out=())
     return Metadata()
 
 
@@ -102,7 +94,7 @@ def encode_tiff(photo: Photo) -> bytes:
         for top in range(0, height, rows)
     ]
 
-    directory = _directory_with(metadata.exif or b"")
+    directory, _ = directory_of(metadata.exif)
     directory[Base.Orientation] = 1
     directory[Base.ImageWidth], directory[Base.ImageLength] = width, height
     directory[Base.BitsPerSample] = (8 * samples.itemsize,) * channels
@@ -130,7 +122,12 @@ def encode_tiff(photo: Photo) -> bytes:
     add_geo(directory, metadata.geo)
     if photo.profile:
         directory[Base.InterColorProfile] = photo.profile
-    return _HEADER + directory.tobytes(len(_HEADER)) + b"".join(strips)
+    return HEADER + directory.tobytes(len(HEADER)) + b"".join(strips)
+
+
+def lost_in_tiff(metadata: Metadata) -> tuple[str, ...]:
+    """Return, in words, what `encode_tiff` loses of an EXIF block."""
+    return directory_of(metadata.exif)[1]
 
 
 def _check_page(page: Any, check_size: CheckSize) -> None:
@@ -145,15 +142,17 @@ def _check_page(page: Any, check_size: CheckSize) -> None:
         check_size(page.tilewidth, page.tilelength, depth)
 
 
-def _metadata(stream: BinaryIO, page: Any) -> Metadata:
-    exif = _read_exif(stream, page.tags.valueof(Base.Orientation, default=1))
+def _metadata(stream: BinaryIO, page: Any, geo: Geo = ()) -> Metadata:
+    tags, kept = page.tags, {code for code, _ in geo}
+    orientation = tags.valueof(Base.Orientation, default=1)
+    exif, lost = exif_of(stream, [tag.code for tag in tags if tag.code not in kept], orientation)
     iptc, photoshop = split(_bytes(page, _PHOTOSHOP) or b"")
     alone = iptc_of(_bytes(page, _IPTC) or b"")
     # ImageMagick cuts the one that stands alone to a quarter.
     iptc = iptc if iptc and iptc.startswith(alone or b"") else alone
-    left_out = ("Photoshop's layers",) if _PHOTOSHOP_LAYERS in page.tags else ()
+    left_out = (*lost, "Photoshop's layers") if _PHOTOSHOP_LAYERS in tags else lost
     xmp = _bytes(page, Base.XMLPacket)
-    return Metadata(exif, xmp, iptc=iptc, photoshop=photoshop, left_out=left_out)
+    return Metadata(exif, xmp, iptc=iptc, photoshop=photoshop, geo=geo, left_out=left_out)
 
 
 def _called(value: object) -> str:
@@ -214,43 +213,3 @@ def _resolution(page: Any) -> tuple[float, float] | None:
         return resolution(a / b * per_inch, c / d * per_inch)
     except (TypeError, ValueError, ZeroDivisionError):
         return None
-
-
-def _read_exif(stream: BinaryIO, orientation: int) -> bytes | None:
-    """Gather in an EXIF block what a TIFF has in its own directory; what cannot be parsed is left out."""
-
-    def block(found: dict[int, Any]) -> bytes:
-        exif = Image.Exif()
-        exif.update({**found, Base.Orientation: orientation})
-        return exif.tobytes()
-
-    with quiet_pillow(), suppress(Exception):
-        source = Image.Exif()
-        stream.seek(0)
-        source.load_from_fp(stream)
-        if shared := _shared(source):
-            return block(shared)
-    return None if orientation == 1 else block({})
-
-
-def _directory_with(exif: bytes) -> ImageFileDirectory_v2:
-    """Start a directory with what it shares with an EXIF block; with nothing if that cannot be parsed."""
-    with quiet_pillow(), suppress(Exception):
-        source = Image.Exif()
-        source.load(exif)
-        directory = ImageFileDirectory_v2(_HEADER)
-        for tag, value in _shared(source).items():
-            directory[tag] = value
-        directory.tobytes()  # odd values are only found out here
-        return directory
-    return ImageFileDirectory_v2(_HEADER)
-
-
-def _shared(exif: Image.Exif) -> dict[int, Any]:
-    """Return what an EXIF block or a TIFF's directory has of what the two share."""
-    folders = (IFD.Exif, IFD.GPSInfo)
-    tags = {tag: exif.get_ifd(tag) if tag in folders else exif[tag] for tag in _SHARED & set(exif)}
-    if IFD.Interop in tags.get(IFD.Exif, {}):
-        tags[IFD.Exif] = {**tags[IFD.Exif], IFD.Interop: exif.get_ifd(IFD.Interop)}
-    # Pillow reads text as Latin-1, and writes it as ASCII with question marks; bytes it leaves alone.
-    return {tag: value.encode("latin-1") if isinstance(value, str) else value for tag, value in tags.items()}

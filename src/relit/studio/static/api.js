@@ -68,7 +68,8 @@ async function ask(path, { method = "GET", json, body, signal } = {}) {
       continue;
     }
     const fallback = `The studio answered with ${response.status}. Try again, or reload the page.`;
-    throw new ApiError(response.status, code, said?.error?.message ?? fallback);
+    const ended = code === "not_found" ? "This session has ended; reload the page." : null;
+    throw new ApiError(response.status, code, ended ?? said?.error?.message ?? fallback);
   }
 }
 
