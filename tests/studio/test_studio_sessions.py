@@ -15,6 +15,7 @@ from relit.studio import sessions as module
 from relit.studio.app import create_app
 from relit.studio.guard import HEADERS
 from relit.studio.limits import Limits
+from relit.studio.models import Seats
 from relit.studio.session import ROLES, Portrait, Session, StudioError
 from relit.studio.sessions import Sessions
 from tests.served import served
@@ -226,6 +227,12 @@ class TestSessions:
 
         assert refused(make).code == "gone"
         assert (idle.memo.size, store.size) == (0, 950)
+
+    def test_photos_that_the_studio_was_started_with_have_their_names(self):
+        store = Sessions()
+        photo = Photo(np.full((60, 80, 3), 90, np.uint8))
+        seats = Seats.of(store.get(store.begin([("me.png", photo), ("film.jpg", photo)])).portraits)
+        assert (seats.target.name, seats.reference.name) == ("me.png", "film.jpg")
 
     def test_who_works_on_photos_keeps_those_it_began_with(self):
         store, session = Sessions(), Session()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import webbrowser
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 
 import click
@@ -40,7 +41,7 @@ def studio(photos: tuple[str, ...], port: int, opened: bool) -> None:
     token = ""
     if photos:
         with progress("Reading the photos"):
-            token = sessions.begin([read_photo(path) for path in photos])
+            token = sessions.begin([(Path(path).name, read_photo(path)) for path in photos])
 
     def ready(address: str) -> None:
         address += f"#{token}" if token else ""

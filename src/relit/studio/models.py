@@ -221,7 +221,10 @@ class Part(BaseModel):
 
 
 class PhotoFacts(BaseModel):
-    """A photo and its face; where none was found, a message says so."""
+    """A photo and its face; where none was found, a message says so.
+
+    It has a name if it is of those that the studio was started with.
+    """
 
     width: int
     height: int
@@ -230,6 +233,7 @@ class PhotoFacts(BaseModel):
     grey: bool
     landmarks: Marks | None
     message: str | None
+    name: str | None
 
     @classmethod
     def of(cls, portrait: Portrait, role: str) -> PhotoFacts:
@@ -245,6 +249,7 @@ class PhotoFacts(BaseModel):
             grey=pixels.ndim == 2,
             landmarks=Marks.of(portrait),
             message=none if portrait.landmarks is None else None,
+            name=portrait.name,
         )
 
 

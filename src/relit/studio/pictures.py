@@ -43,7 +43,7 @@ VIEWS = (
 )
 
 _ENDINGS = {".exr": ".layers.exr"}  # of exported files, where another than the format's
-_SQUARE, _GREYS = 8, (0.75, 0.9)  # px and shades of the chequer behind what is transparent
+_SQUARES, _GREYS = 64, (0.75, 0.9)  # on a side, and their shades: the chequer behind what is transparent
 _LOOKED_AT = 40.0  # px between the eyes at which a part of a face is told: its edges are soft
 #: The longest side in px of a preview that is one of many.
 THUMBNAIL = 256
@@ -278,7 +278,8 @@ def jpeg(pixels: NDArray[Any], alpha: NDArray[Any] | None = None) -> bytes:
     seen = to_unit(pixels)
     if alpha is not None:
         row, column = np.ogrid[: alpha.shape[0], : alpha.shape[1]]
-        squares = np.where((row // _SQUARE + column // _SQUARE) % 2, *_GREYS).astype(np.float32)
+        size = max(max(alpha.shape) // _SQUARES, 1)  # alike at every size of a photo
+        squares = np.where((row // size + column // size) % 2, *_GREYS).astype(np.float32)
         share = to_unit(alpha)
         if seen.ndim == 3:
             squares, share = squares[..., None], share[..., None]

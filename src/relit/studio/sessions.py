@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from math import ceil
 
 from relit.photo.photo import Photo
@@ -54,8 +55,10 @@ class Sessions:
         """Bytes that their photos and previews hold."""
         return sum(one.size for one in list(self._by_token.values()))
 
-    def begin(self, photos: Sequence[Photo] = (), client: str = "") -> str:
+    def begin(self, photos: Sequence[tuple[str, Photo]] = (), client: str = "") -> str:
         """Begin a session, with a target and a reference if given; return its token, which none can guess.
+
+        Photos are given with the names of their files.
 
         Raises
         ------
@@ -70,8 +73,8 @@ class Sessions:
             if len(self._by_token) >= self._limits.sessions:
                 self._end_idle(list(self._by_token), "There are")
             self._by_token[token] = session
-        for photo, role in zip(photos, ROLES, strict=False):
-            self.keep(session, role, Portrait.of(photo, role))
+        for (name, photo), role in zip(photos, ROLES, strict=False):
+            self.keep(session, role, replace(Portrait.of(photo, role), name=name))
         return token
 
     def get(self, token: str) -> Session:

@@ -15,7 +15,7 @@ export function useToken(given) {
 /**
  * @typedef {"target" | "reference"} Role
  * @typedef {{scheme: string, points: (number[] | null)[], groups: Record<string, number[]>, detected: boolean}} Marks
- * @typedef {{width: number, height: number, landmarks: Marks | null, message: string | null}} Photo
+ * @typedef {{width: number, height: number, landmarks: Marks | null, message: string | null, name: string | null}} Photo
  * @typedef {{name: string, flag: string, help: string, default: any, kind: string, choices: any[],
  *   title: string, group: string, words: string[], at_least: number | null, at_most: number | null, above: number | null}} Option
  * @typedef {{options: Option[], landmark_formats: string[], lights: import("./lamps.js").Known,

@@ -44,7 +44,7 @@ async function start() {
   const offer = await entered(fetchOptions);
   const { session, photos, kept, told } = await begin();
   /** @type {Record<Role, string>} */
-  let names = kept?.names ?? { target: "", reference: "" };
+  let names = kept?.names ?? { target: photos.target?.name ?? "", reference: photos.reference?.name ?? "" };
   /** @type {import("./revival.js").Files} of the photos in hand, where the page has them itself */
   const files = { target: null, reference: null };
   let took = 0;
