@@ -65,6 +65,17 @@ def test_of_two_photos_the_broken_one_is_named_though_the_other_is_relit(visit, 
     assert told(page).startswith("cut.jpg: ")
 
 
+def test_a_reference_for_which_there_is_no_room_is_named(visit, photos):
+    page, full = visit(fit=False), {"error": {"code": "full", "message": "There are 24 references at hand."}}
+    drop(page, "#stage", photos[0])
+    page.wait_for_selector(".stage.filled")
+    settled(page)
+    page.route("**/references/*", lambda route: route.fulfill(status=409, json=full))
+    drop(page, "#stage", photos[1])
+    quiet(page)
+    assert told(page) == f"{photos[1].name}: There are 24 references at hand."
+
+
 def test_a_broken_photo_of_a_film_strip_is_marked_and_the_one_in_hand_stays_current(visit, broken, photos):
     page = visit(fit=False)
     drop(page, "#stage", photos[0], photos[1], broken[0])
