@@ -56,7 +56,7 @@ def test_every_argument_and_option_completes_something():
     """Numbers, words of one's own and addresses apart, there is always something to offer."""
     free = {"--port", "--host", "--allow-host", "--seed", "--address", "--limit", "--jobs", "--cache-size"}
     free |= {"--set", "--case", "--format", "--channels", "--token", "--trusted-proxy"}
-    numbers = ("number", "amount", "time", "integer range", "float range")
+    numbers = ("number", "amount", "time", "integer range", "float range", "seconds")
     for name, command in relit.commands.items():
         for parameter in command.params:
             if isinstance(parameter, click.Option) and (parameter.is_flag or free & {*parameter.opts}):

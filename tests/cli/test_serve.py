@@ -99,7 +99,10 @@ def test_without_a_token_only_when_that_is_said(started, run, monkeypatch):
         ("--allow-host ''", "without a port, got ''"),
         ("--allow-host *.light.team", "--allow-host: expected a name alone"),
         ("--host no.such.name.invalid", "--host: expected an address of this machine or a name of one"),
-        ("--max-bytes 2T", "'2T' is not a whole number of 1 or more, as 500k, 200M or 1.5G (see relit serve --help)"),
+        (
+            "--max-bytes 2T",
+            "'2T' is not a whole number of 1 or more, as 500k, 200M or 1.5G (see relit serve --help)",
+        ),
         ("--max-pixels 0.5", "is not a whole number"),
         ("--memory infM", "is not a whole number"),
         ("--workers 0", "'0' is not a whole number of 1 or more (see"),
