@@ -141,11 +141,15 @@ def test_frames_show_their_photos_as_long_as_they_are_there(visit, three):
     page.set_input_files("#open", three)
     page.wait_for_selector(".stage.filled")
     until(page, "[...document.querySelectorAll('#film img')].filter((one) => one.naturalWidth).length === 3")
-    gone = page.locator("#film img").first.get_attribute("src")
+    gone = page.locator("#film img").evaluate_all("all => all.map((one) => one.src)")
+    page.evaluate("""() => {
+        const revoke = URL.revokeObjectURL.bind(URL);
+        window.revoked = [];
+        URL.revokeObjectURL = (place) => (revoked.push(place), revoke(place));
+    }""")
     page.set_input_files("#open", three)
-    read = "(place) => fetch(place).then(() => 'there', () => 'gone')"
-    assert page.evaluate(read, gone) == "gone"
-    page.wait_for_selector(".stage.filled")
+    settled(page)
+    assert set(gone) <= set(page.evaluate("revoked"))
 
 
 @pytest.mark.parametrize("then", ["second.jpg", "Split"])
@@ -368,3 +372,15 @@ def test_a_set_stops_where_the_session_has_ended(strip):
     until(page, "!document.querySelector('#film [data-do=all]').hidden")
     assert page.inner_text("#film [role=status]").startswith("Stopped after 0 of 3. This session has ended.")
     assert page.locator("#film .bad").count() == 0
+
+
+def test_photos_that_the_page_does_not_have_itself_are_asked_for(strip):
+    page = strip
+    page.reload()
+    page.wait_for_selector(".stage.filled")
+    quiet(page)
+    forget(page)
+    page.fill("#option-strength-number", "0.5")
+    page.keyboard.press("Tab")
+    quiet(page)
+    assert page.inner_text("#stage-problem").endswith("reload the page, and drop them again.")

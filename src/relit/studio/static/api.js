@@ -68,8 +68,7 @@ async function ask(path, { method = "GET", json, body, signal } = {}) {
       continue;
     }
     const fallback = `The studio answered with ${response.status}. Try again, or reload the page.`;
-    const ended = code === "not_found" ? "This session has ended; reload the page." : null;
-    throw new ApiError(response.status, code, ended ?? said?.error?.message ?? fallback);
+    throw new ApiError(response.status, code, said?.error?.message ?? fallback);
   }
 }
 
@@ -114,8 +113,10 @@ export class Session {
     try {
       return await ask(`/sessions/${token}${path}`, request);
     } catch (error) {
-      const ended = error instanceof ApiError && error.code === "not_found";
-      if (!ended || !(await this.#renewed(token))) throw error;
+      if (!(error instanceof ApiError && error.code === "not_found")) throw error;
+      if (!(await this.#renewed(token))) {
+        throw new ApiError(404, "not_found", "The studio has these photos no more; reload the page, and drop them again.");
+      }
       return ask(`/sessions/${this.token}${path}`, request);
     }
   }
