@@ -11,7 +11,7 @@ from PIL.PngImagePlugin import PngInfo
 
 from relit.photo.samples import sample
 from relit.settings.studio_lights import STUDIO_LIGHTS
-from relit.studio.sessions import MOST_REFERENCES
+from relit.studio.sessions import ASIDE, MOST_REFERENCES
 from tests.studio.api import API, png
 
 PHOTO = sample("reference").read_bytes()
@@ -72,6 +72,7 @@ def test_there_are_so_many_and_no_more(client):
         assert client.put(f"{place}/references/{number}", content=photo).status_code == 200
     answer = client.put(f"{place}/references/more", content=photo)
     assert (answer.status_code, answer.json()["error"]["code"]) == (409, "full")
+    assert client.put(f"{place}/references/{ASIDE}", content=photo).status_code == 200, "beside them"
     assert client.put(f"{place}/references/3", content=photo).status_code == 200
     client.delete(f"{place}/references/3")
     assert client.put(f"{place}/references/more", content=photo).status_code == 200
@@ -131,3 +132,43 @@ def test_lights_by_name_are_told_with_their_places(client):
     told = client.get("/api/v1/options").json()["lights"]
     assert list(told) == list(STUDIO_LIGHTS)
     assert told["split"] == {"azimuth": -75, "elevation": 5, "size": 10}
+
+
+def test_an_export_has_the_light_of_the_reference_that_it_names_whatever_is_chosen_meanwhile(client, place):
+    client.put(f"{place}/references/of_target", content=sample("target").read_bytes())
+    client.put(f"{place}/references/other", content=PHOTO)
+    own = {"target": "other", "format": ".png"}
+    before = client.post(f"{place}/export", json=own).content
+    client.post(f"{place}/references/of_target/choose")
+    assert client.post(f"{place}/export", json=own).content != before
+    assert client.post(f"{place}/export", json={**own, "reference": "sample"}).content == before
+    packed = client.post(f"{place}/export", json={"format": ".png", "reference": "sample"}).content
+    client.post(f"{place}/references/sample/choose")
+    again = client.post(f"{place}/export", json={"format": ".png"}).content
+    for name in ("relit.png", "reference.json", "settings.json"):
+        one, other = (zipfile.ZipFile(io.BytesIO(data)).read(name) for data in (packed, again))
+        assert one == other
+    missing = client.post(f"{place}/export", json={**own, "reference": "nobody"})
+    assert (missing.status_code, missing.json()["error"]["code"]) == (409, "no_photo")
+
+
+def test_landmarks_of_a_photo_at_hand_are_placed_as_the_targets_are(client, place):
+    client.put(f"{place}/references/film", content=sample("target").read_bytes())
+    marks = client.get(f"{place}/landmarks/target").json()
+    points = [[x + 9, y, *z] for x, y, *z in marks["points"]]
+    placed = {"scheme": marks["scheme"], "points": points}
+    found = client.post(f"{place}/export", json={"target": "film"}).content
+    assert client.put(f"{place}/references/film/landmarks", json=placed).json()["points"] == points
+    client.put(f"{place}/landmarks/target", json=placed)
+    moved = client.post(f"{place}/export", json={"target": "film"}).content
+    with zipfile.ZipFile(io.BytesIO(client.post(f"{place}/export", json={}).content)) as archive:
+        assert archive.read("relit.png") == moved != found
+    outside = client.put(f"{place}/references/film/landmarks", json={"points": [[1, 1], [2, 1], [9e5, 2]]})
+    assert (outside.status_code, outside.json()["error"]["code"]) == (400, "bad_landmarks")
+
+
+def test_a_set_is_relit_by_a_session_without_a_target(client):
+    address = f"{API}/sessions/{client.post(f'{API}/sessions').json()['session']}"
+    client.put(f"{address}/references/film", content=PHOTO)
+    answer = client.post(f"{address}/export", json={"options": {"light": "loop"}, "target": "film"})
+    assert answer.status_code == 200

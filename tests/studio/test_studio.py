@@ -71,9 +71,32 @@ class TestPhotos:
         assert said in error["message"]
         assert client.get(f"{place}/landmarks/target").json()["scheme"] == "mesh478"  # the old one stays
 
+    def test_what_is_transparent_is_seen_so(self, client, place):
+        with Image.open(sample("target")) as photo:
+            cut = photo.convert("RGB")
+        alpha = np.full(cut.size[::-1], 255, np.uint8)
+        alpha[:, :100], alpha[:60] = 0, 128
+        rows, columns = np.indices(alpha.shape) // 8
+        squares = np.where((rows + columns) % 2, 191, 230).astype(np.uint8)
+        behind = Image.fromarray(squares).convert("RGB")
+        expected = np.asarray(Image.composite(cut, behind, Image.fromarray(alpha)), float)
+        cut.putalpha(Image.fromarray(alpha))
+        client.put(f"{place}/photos/target", content=png(np.asarray(cut)))
+        shown = client.get(f"{place}/photos/target", params={"side": 512})
+        request = {"side": 512, "options": {"light": "loop", "strength": 0}}
+        for answer in (shown, client.post(f"{place}/render", json=request)):
+            with Image.open(io.BytesIO(answer.content)) as picture:
+                assert np.abs(np.asarray(picture, float) - expected).mean() < 2, "a JPEG, but the same"
+
     def test_swapped_roles(self, client, place):
         said = client.post(f"{place}/swap").json()
         assert (said["target"]["width"], said["reference"]["width"]) == (910, 512)
+        held = client.get(f"{place}/references").json()
+        assert held[said["id"]]["width"] == 512, "the former target can be chosen again"
+        again = client.post(f"{place}/swap").json()
+        assert client.get(f"{place}/references").json().keys() >= {said["id"], again["id"]}
+        third = client.post(f"{place}/swap").json()
+        assert third["id"] == said["id"], "and is there once"
 
 
 class TestLandmarks:

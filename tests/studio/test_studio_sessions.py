@@ -15,6 +15,7 @@ from relit.studio import sessions as module
 from relit.studio.app import create_app
 from relit.studio.guard import HEADERS
 from relit.studio.limits import Limits
+from relit.studio.models import Seats
 from relit.studio.session import ROLES, Portrait, Session, StudioError
 from relit.studio.sessions import Sessions
 from tests.served import served
@@ -90,10 +91,13 @@ class TestSessions:
         assert (answer.status_code, answer.json()["error"]["code"]) == (404, "not_found")
         assert client.get(f"{place}/photos/target").status_code == 200
 
-    def test_idle_ones_expire(self, clock):
-        store = Sessions()
+    @pytest.mark.parametrize("expires", [module.EXPIRES, module.EXPIRES_AT_HOME])
+    def test_idle_ones_expire(self, clock, expires):
+        store = Sessions(expires=expires)
         token = store.begin()
-        clock.pass_by(module.EXPIRES + 1)
+        clock.pass_by(expires - 1)
+        assert store.get(token)
+        clock.pass_by(expires + 1)
         with pytest.raises(StudioError, match="has ended"):
             store.get(token)
         assert len(store) == 0
@@ -223,6 +227,12 @@ class TestSessions:
 
         assert refused(make).code == "gone"
         assert (idle.memo.size, store.size) == (0, 950)
+
+    def test_photos_that_the_studio_was_started_with_have_their_names(self):
+        store = Sessions()
+        photo = Photo(np.full((60, 80, 3), 90, np.uint8))
+        seats = Seats.of(store.get(store.begin([("me.png", photo), ("film.jpg", photo)])).portraits)
+        assert (seats.target.name, seats.reference.name) == ("me.png", "film.jpg")
 
     def test_who_works_on_photos_keeps_those_it_began_with(self):
         store, session = Sessions(), Session()

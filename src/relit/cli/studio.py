@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import webbrowser
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 
 import click
@@ -36,11 +37,11 @@ def studio(photos: tuple[str, ...], port: int, opened: bool) -> None:
         raise click.UsageError("Give a TARGET and a REFERENCE, or neither.")
     app, server = studio_module("app"), studio_module("server")
     limits = app.PERSONAL
-    sessions = app.Sessions(limits)
+    sessions = app.Sessions(limits, app.EXPIRES_AT_HOME)
     token = ""
     if photos:
         with progress("Reading the photos"):
-            token = sessions.begin([read_photo(path) for path in photos])
+            token = sessions.begin([(Path(path).name, read_photo(path)) for path in photos])
 
     def ready(address: str) -> None:
         address += f"#{token}" if token else ""

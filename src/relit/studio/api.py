@@ -40,7 +40,7 @@ from relit.studio.pictures import (
 )
 from relit.studio.schema import EXPORTED, FILE, NAMED, VIEW_HEADERS, described, links, sends
 from relit.studio.session import ROLES, Portrait, Session, StudioError
-from relit.studio.sessions import EXPIRES, Sessions
+from relit.studio.sessions import Sessions
 from relit.studio.work import GoOn
 
 #: Width, height, bytes a pixel and bytes of the larger sample, rounded up.
@@ -99,7 +99,7 @@ _THEN = links(201, "$response.body#/session", "about", "samples", "put_photo", "
 @api.post("/sessions", status_code=201, responses=_THEN)
 def begin(request: Request, store: Store) -> models.Begun:
     """Begin a session."""
-    return models.Begun(session=store.begin(client=client_of(request.scope)), expires_in=EXPIRES)
+    return models.Begun(session=store.begin(client=client_of(request.scope)), expires_in=store.expires)
 
 
 @api.delete("/sessions/{session}", status_code=204, response_model=None, responses=described(422))
@@ -154,10 +154,11 @@ def get_landmarks(portrait: ThisPortrait) -> models.Marks | None:
 @of_session.put("/landmarks/{role}", responses=described(400))
 def put_landmarks(portrait: ThisPortrait, role: models.Role, points: models.Points) -> models.Marks | None:
     """Place the landmarks of a photo."""
-    return _place(portrait, role, as_points(points.model_dump(), f"{role}_landmarks"))
+    return place(portrait, role, as_points(points.model_dump(), f"{role}_landmarks"))
 
 
-def _place(portrait: Portrait, role: str, landmarks: Landmarks) -> models.Marks | None:
+def place(portrait: Portrait, role: str, landmarks: Landmarks) -> models.Marks | None:
+    """Place the landmarks of a photo, and describe them."""
     check_inside(landmarks, portrait.photo.pixels.shape, f"{role}_landmarks")
     # At once: a hand that drags a point does not wait for the preview that it makes stale.
     portrait.landmarks, portrait.detected = landmarks, False
@@ -205,14 +206,14 @@ async def put_file(
         )
     except LandmarkError as error:
         raise LandmarkError(str(error).replace(name, "the file")) from None
-    return _place(portrait, role, landmarks)
+    return place(portrait, role, landmarks)
 
 
 @of_session.post("/swap", responses=described(409))
-def swap(store: Store, session: ThisSession) -> models.Pair:
-    """Swap the roles of the two photos."""
-    store.swap(session)
-    return models.Pair.of(session.portraits)
+def swap(store: Store, session: ThisSession) -> models.Swapped:
+    """Swap the roles of the two photos; the former target is a reference at hand then."""
+    name = store.swap(session)
+    return models.Swapped.of(session.portraits, id=name)
 
 
 @of_session.post("/render", **sends("image/jpeg", "The view.", VIEW_HEADERS, 400, 409))
@@ -232,7 +233,7 @@ async def render(request: Request, session: ThisSession, wanted: models.RenderRe
             raise StudioError(409, "stale", "A newer preview was asked for.")
 
     def view(go_on: GoOn) -> Response:
-        result, factor = rendered(session, settings, wanted, go_on)
+        result, factor, alpha = rendered(session, settings, wanted, go_on)
         views = views_of(result)
         if wanted.view not in views:
             raise StudioError(400, "bad_option", f"method {settings.method} has no view {wanted.view}.")
@@ -242,7 +243,8 @@ async def render(request: Request, session: ThisSession, wanted: models.RenderRe
             "X-Relit-Lambda-Px": f"{result.view.factor * factor / result.lam:.2f}",
             "X-Relit-Seconds": f"{sum(result.seconds.values()):.3f}",
         } | light_headers(result)
-        return Response(jpeg(views[wanted.view]()), media_type="image/jpeg", headers=headers)
+        seen = jpeg(views[wanted.view](), alpha if wanted.view == "result" else None)
+        return Response(seen, media_type="image/jpeg", headers=headers)
 
     still_wanted()
     return await computed(request, session, view, memory_of_preview(session, settings, wanted), still_wanted)
@@ -252,21 +254,22 @@ async def render(request: Request, session: ThisSession, wanted: models.RenderRe
 async def export(request: Request, session: ThisSession, wanted: models.ExportRequest) -> Response:
     """Return the relit photo at full resolution, its landmarks and settings, in a ZIP file.
 
-    With the name of a photo at hand as `target`, that one is relit, and its file alone is returned.
+    With the name of a photo at hand as `target`, that one is relit, and its file alone is returned. With
+    `reference`, that one of those at hand gives the light.
     """
     settings = await run_in_threadpool(TransferOptions().changed, **wanted.options)
     target, suffix = wanted.target, wanted.format
 
     def files(go_on: GoOn) -> Response:
         if target is None:
-            made = _attached(exported(session, settings, suffix, go_on), "relit.zip", "application/zip")
+            made = _attached(exported(session, settings, wanted, go_on), "relit.zip", "application/zip")
         else:
-            data = exported_at_hand(session, settings, suffix, target, go_on)
+            data = exported_at_hand(session, settings, wanted, go_on)
             made = _attached(data, f"relit{suffix}", "application/octet-stream")
         made.headers["X-Relit-Not-Kept"] = json.dumps(lost_in_export(session, suffix, target))
         return made
 
-    memory = memory_of_export(session, settings, suffix, target)
+    memory = memory_of_export(session, settings, wanted)
     return await computed(request, session, files, memory)
 
 

@@ -22,6 +22,7 @@ from relit.studio.limits import PERSONAL as PERSONAL
 from relit.studio.limits import Limits
 from relit.studio.metrics import MEDIA_TYPE, Metrics
 from relit.studio.schema import described
+from relit.studio.sessions import EXPIRES_AT_HOME as EXPIRES_AT_HOME
 from relit.studio.sessions import Sessions
 from relit.studio.watch import Watch
 from relit.studio.work import Work

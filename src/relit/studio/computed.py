@@ -73,6 +73,7 @@ async def posted(request: Request, session: Session, role: str, keep: Callable[[
 
         def find(go_on: GoOn) -> Portrait:
             portrait = find_face(data, role, pixels, go_on)
+            go_on()  # whoever has called it off meanwhile has another photo in mind
             keep(portrait)
             return portrait
 
@@ -90,5 +91,10 @@ def find_face(data: io.BytesIO, role: str, most_pixels: int, go_on: GoOn) -> Por
 async def shown(request: Request, session: Session, portrait: Portrait, side: int) -> Response:
     """Answer with a photo of a session, at most so many px long."""
     memory = needs.of_showing(side, side)
-    data = await computed(request, session, lambda _: jpeg(preview_of(portrait, side).pixels), memory)
+
+    def picture(_: GoOn) -> bytes:
+        small = preview_of(portrait, side)
+        return jpeg(small.pixels, small.alpha)
+
+    data = await computed(request, session, picture, memory)
     return Response(data, media_type="image/jpeg")

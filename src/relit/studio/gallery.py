@@ -6,8 +6,9 @@ from typing import Annotated
 
 from fastapi import APIRouter, Depends, Path, Request, Response
 
+from relit.settings_file import as_points
 from relit.studio import models
-from relit.studio.api import Side, Store, ThisSession
+from relit.studio.api import Side, Store, ThisSession, place
 from relit.studio.computed import posted, shown
 from relit.studio.schema import FILE, described, sends
 from relit.studio.session import Portrait
@@ -55,6 +56,12 @@ async def get_reference(
 ) -> Response:
     """Return a reference as a JPEG in sRGB."""
     return await shown(request, session, portrait, side)
+
+
+@gallery.put("/{id}/landmarks", responses=described(400))
+def put_reference_landmarks(portrait: ThisPortrait, points: models.Points) -> models.Marks | None:
+    """Place the landmarks of a reference."""
+    return place(portrait, "reference", as_points(points.model_dump(), "reference_landmarks"))
 
 
 @gallery.post("/{id}/choose", responses=described(409))

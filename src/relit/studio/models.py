@@ -134,6 +134,9 @@ class ExportRequest(BaseModel):
     options: _Options = {}
     format: Literal[".png", ".jpg", ".tif", ".ora", ".psd", ".exr"] = ".png"
     target: str | None = Field(None, pattern=REFERENCE_ID)
+    reference: str | None = Field(
+        None, pattern=REFERENCE_ID, description="Of those at hand, the one that gives the light."
+    )
 
 
 class Problem(BaseModel):
@@ -218,7 +221,10 @@ class Part(BaseModel):
 
 
 class PhotoFacts(BaseModel):
-    """A photo and its face; where none was found, a message says so."""
+    """A photo and its face; where none was found, a message says so.
+
+    It has a name if it is of those that the studio was started with.
+    """
 
     width: int
     height: int
@@ -227,6 +233,7 @@ class PhotoFacts(BaseModel):
     grey: bool
     landmarks: Marks | None
     message: str | None
+    name: str | None
 
     @classmethod
     def of(cls, portrait: Portrait, role: str) -> PhotoFacts:
@@ -242,15 +249,17 @@ class PhotoFacts(BaseModel):
             grey=pixels.ndim == 2,
             landmarks=Marks.of(portrait),
             message=none if portrait.landmarks is None else None,
+            name=portrait.name,
         )
 
 
 class _ByRole(BaseModel):
     @classmethod
-    def of(cls, portraits: Mapping[str, Portrait]) -> Self:
-        """Describe the photos that there are."""
+    def of(cls, portraits: Mapping[str, Portrait], **more: str) -> Self:
+        """Describe the photos that there are, and what more there is to say."""
         there = dict(portraits)
-        return cls(**{role: PhotoFacts.of(there[role], role) if role in there else None for role in ROLES})
+        photos = {role: PhotoFacts.of(there[role], role) if role in there else None for role in ROLES}
+        return cls(**photos, **more)
 
 
 class Pair(_ByRole):
@@ -258,6 +267,12 @@ class Pair(_ByRole):
 
     target: PhotoFacts
     reference: PhotoFacts
+
+
+class Swapped(Pair):
+    """Both photos, and the name by which the new reference is at hand."""
+
+    id: str
 
 
 class Seats(_ByRole):

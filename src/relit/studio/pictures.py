@@ -43,6 +43,7 @@ VIEWS = (
 )
 
 _ENDINGS = {".exr": ".layers.exr"}  # of exported files, where another than the format's
+_SQUARES, _GREYS = 64, (0.75, 0.9)  # on a side, and their shades: the chequer behind what is transparent
 _LOOKED_AT = 40.0  # px between the eyes at which a part of a face is told: its edges are soft
 #: The longest side in px of a preview that is one of many.
 THUMBNAIL = 256
@@ -56,11 +57,23 @@ class Asked(Protocol):
     reference: str | None
 
 
+class Ordered(Protocol):
+    """What an export is asked to be: in which format, of which target and by which reference at hand."""
+
+    target: str | None
+    reference: str | None
+
+    @property
+    def format(self) -> str: ...  # noqa: D102
+
+
 def preview_of(portrait: Portrait, side: int) -> Photo:
     """Return the photo in sRGB, its longest side at most so many px and reduced by a whole factor."""
     if side not in portrait.previews:
-        photo = replace(portrait.photo, alpha=None)
-        small = replace(photo, pixels=reduced(photo.pixels, _factor(photo, side))).to_profile(None)
+        photo = portrait.photo
+        factor = _factor(photo, side)
+        alpha = None if photo.alpha is None else reduced(photo.alpha, factor)
+        small = replace(photo, pixels=reduced(photo.pixels, factor), alpha=alpha).to_profile(None)
         if len(portrait.previews) > 2:
             portrait.previews.clear()
         portrait.previews[side] = replace(small, pixels=from_unit(to_unit(small.pixels), np.uint8))
@@ -74,18 +87,20 @@ def _factor(photo: Photo, side: int) -> int:
 
 def rendered(
     session: Session, options: TransferOptions, asked: Asked, go_on: Callable[[], None]
-) -> tuple[TransferResult, int]:
+) -> tuple[TransferResult, int, NDArray[Any] | None]:
     """Relight the session's target at the size of a preview; return by how much that was reduced, too.
+
+    The last is the opacity at that size, if the photo has one.
 
     Before each step `go_on` is called: what it raises ends the work.
     """
     go_on()
     session = copy.copy(session)  # with what it has now: a photo may be exchanged meanwhile
-    factor = _factor(session.portrait("target", needed=True).photo, asked.side)
+    target = session.portrait("target", needed=True)
     with (session.small if asked.side <= THUMBNAIL else session.memo).open(go_on):
-        return _relit(
-            _faces(session, options, asked.side, asked.reference), options, _detail(options, asked)
-        ), factor
+        faces = _faces(session, options, asked.side, asked.reference)
+        result = _relit(faces, options, _detail(options, asked))
+    return result, _factor(target.photo, asked.side), faces["target"][0].alpha
 
 
 def _detail(options: TransferOptions, asked: Asked) -> float:
@@ -100,21 +115,21 @@ def memory_of_preview(session: Session, options: TransferOptions, asked: Asked) 
     return needs.of_transfer(*_pair(photos), options, smaller=(first, last), detail=_detail(options, asked))
 
 
-def memory_of_export(session: Session, options: TransferOptions, suffix: str, target: str | None) -> int:
+def memory_of_export(session: Session, options: TransferOptions, ordered: Ordered) -> int:
     """Return the bytes that `exported` takes, or with a target `exported_at_hand`; raise as they do."""
-    faces = _faces(session, options) | ({} if target is None else _at_hand(session, target))
-    return needs.of_transfer(*_pair(list(faces.values())), options, suffix=suffix)
+    faces = _ordered(session, options, ordered)
+    return needs.of_transfer(*_pair(list(faces.values())), options, suffix=ordered.format)
 
 
 def exported(
-    session: Session, options: TransferOptions, suffix: str, go_on: Callable[[], None] = lambda: None
+    session: Session, options: TransferOptions, ordered: Ordered, go_on: Callable[[], None] = lambda: None
 ) -> bytes:
     """Return what ``relit transfer --config settings.json`` makes of the same photos, and what it takes.
 
     Before each step `go_on` is called: what it raises ends the work.
     """
-    faces = _faces(session, options)
-    image = _file_of(faces, options, suffix, go_on)
+    faces = _ordered(session, options, ordered)
+    image = _file_of(faces, options, ordered.format, go_on)
     landmarks = {role: marks for role, (_, marks) in faces.items()}
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
@@ -126,16 +141,19 @@ def exported(
 
 
 def exported_at_hand(
-    session: Session, options: TransferOptions, suffix: str, target: str, go_on: Callable[[], None]
+    session: Session, options: TransferOptions, ordered: Ordered, go_on: Callable[[], None]
 ) -> bytes:
     """Return the file of another photo, one at hand, in the same light; as `exported` does."""
-    faces = _faces(session, options) | _at_hand(session, target)
-    return _file_of(faces, options, suffix, go_on).getvalue()
+    return _file_of(_ordered(session, options, ordered), options, ordered.format, go_on).getvalue()
 
 
-def _at_hand(session: Session, target: str) -> Faces:
-    portrait = session.in_gallery(target, needed=True)
-    return {"target": (portrait.photo, portrait.face("target"))}
+def _ordered(session: Session, options: TransferOptions, ordered: Ordered) -> Faces:
+    if ordered.target is None:
+        return _faces(session, options, reference=ordered.reference)
+    ready = {role: session.ready(role, ordered.reference) for role in _roles(options)[1:]}
+    portrait = session.in_gallery(ordered.target, needed=True)
+    ready = {"target": (portrait, portrait.face("target"))} | ready
+    return {role: (one.photo, marks) for role, (one, marks) in ready.items()}
 
 
 def lost_in_export(session: Session, suffix: str, target: str | None) -> tuple[str, ...]:
@@ -255,8 +273,17 @@ def window_of(result: TransferResult, view: str) -> tuple[float, float, float, f
     return left / width, top / height, (right - left) / width, (bottom - top) / height
 
 
-def jpeg(pixels: NDArray[Any]) -> bytes:
-    """Return pixels as a JPEG."""
+def jpeg(pixels: NDArray[Any], alpha: NDArray[Any] | None = None) -> bytes:
+    """Return pixels as a JPEG; where they are transparent, a chequer is seen through them."""
+    seen = to_unit(pixels)
+    if alpha is not None:
+        row, column = np.ogrid[: alpha.shape[0], : alpha.shape[1]]
+        size = max(max(alpha.shape) // _SQUARES, 1)  # alike at every size of a photo
+        squares = np.where((row // size + column // size) % 2, *_GREYS).astype(np.float32)
+        share = to_unit(alpha)
+        if seen.ndim == 3:
+            squares, share = squares[..., None], share[..., None]
+        seen = squares + share * (seen - squares)
     buffer = io.BytesIO()
-    Image.fromarray(from_unit(to_unit(pixels), np.uint8)).save(buffer, "JPEG", quality=90)
+    Image.fromarray(from_unit(seen, np.uint8)).save(buffer, "JPEG", quality=90)
     return buffer.getvalue()

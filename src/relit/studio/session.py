@@ -48,12 +48,15 @@ class Portrait:
         Whether the landmarks were found, not placed.
     previews : dict
         Longest side in px → the photo at that size.
+    name : str or None
+        That of its file, where the studio was started with it.
     """
 
     photo: Photo
     landmarks: Landmarks | None
     detected: bool
     previews: dict[int, Photo] = field(default_factory=dict)
+    name: str | None = None
 
     def face(self, role: str) -> Landmarks:
         """Return the landmarks; raise a `StudioError` if there are none."""

@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from math import ceil
 
 from relit.photo.photo import Photo
@@ -19,9 +20,13 @@ from relit.studio.session import ROLES, Portrait, Session, StudioError, busy
 
 #: Seconds without a request after which a session ends.
 EXPIRES = 3600
+#: The same at one's own machine, where a page may be left open over a holiday.
+EXPIRES_AT_HOME = 30 * 24 * 3600
 
 #: References that a session may have at hand.
 MOST_REFERENCES = 24
+#: Beside them it may have a photo of this name, which is to be relit next.
+ASIDE = "film"
 
 
 class Sessions:
@@ -32,10 +37,12 @@ class Sessions:
     limits : Limits
         Of them, `sessions`, `sessions_per_client`, `live_seconds` and `memory`. Where there are as many
         sessions as there may be, the one unused longest makes way for a new one, unless it is live.
+    expires : int
+        Seconds without a request after which a session ends.
     """
 
-    def __init__(self, limits: Limits = Limits()) -> None:
-        self._limits = limits
+    def __init__(self, limits: Limits = Limits(), expires: int = EXPIRES) -> None:
+        self._limits, self.expires = limits, expires
         self._by_token: dict[str, Session] = {}  # the one unused longest first
         self._lock = threading.Lock()
 
@@ -48,8 +55,10 @@ class Sessions:
         """Bytes that their photos and previews hold."""
         return sum(one.size for one in list(self._by_token.values()))
 
-    def begin(self, photos: Sequence[Photo] = (), client: str = "") -> str:
+    def begin(self, photos: Sequence[tuple[str, Photo]] = (), client: str = "") -> str:
         """Begin a session, with a target and a reference if given; return its token, which none can guess.
+
+        Photos are given with the names of their files.
 
         Raises
         ------
@@ -64,8 +73,8 @@ class Sessions:
             if len(self._by_token) >= self._limits.sessions:
                 self._end_idle(list(self._by_token), "There are")
             self._by_token[token] = session
-        for photo, role in zip(photos, ROLES, strict=False):
-            self.keep(session, role, Portrait.of(photo, role))
+        for (name, photo), role in zip(photos, ROLES, strict=False):
+            self.keep(session, role, replace(Portrait.of(photo, role), name=name))
         return token
 
     def get(self, token: str) -> Session:
@@ -127,11 +136,23 @@ class Sessions:
                 session.portraits = before
                 raise
 
-    def swap(self, session: Session) -> None:
-        """Swap the roles of a session's photos; raise a `StudioError` if one is missing."""
+    def swap(self, session: Session) -> str:
+        """Swap the roles of a session's photos; return the name by which the new reference is at hand.
+
+        Raises
+        ------
+        StudioError
+            If one is missing, or if there are as many references at hand as there may be.
+        """
         with self._lock:
             target, reference = (session.portrait(role, needed=True) for role in ROLES)
+            name = next((name for name, one in session.gallery.items() if one is target), None)
+            if name is None:
+                name = secrets.token_urlsafe(12)
+                _check_room(session)
+                session.gallery = session.gallery | {name: target}
             session.portraits = {"target": reference, "reference": target}
+            return name
 
     def keep_in_gallery(self, session: Session, name: str, portrait: Portrait) -> None:
         """Give a session a reference at hand, in place of one of that name; as `keep` does.
@@ -142,9 +163,8 @@ class Sessions:
             If it has as many others as it may have, or there is no room for it.
         """
         with self._lock:
-            if name not in session.gallery and len(session.gallery) >= MOST_REFERENCES:
-                message = f"There are {MOST_REFERENCES} references at hand; delete one of them first."
-                raise StudioError(409, "full", message)
+            if name not in session.gallery and name != ASIDE:
+                _check_room(session)
             before, session.gallery = session.gallery, session.gallery | {name: portrait}
             try:
                 self._make_room(session)
@@ -230,7 +250,13 @@ class Sessions:
             other.forget()
 
     def _end_expired(self) -> None:
-        oldest = time.monotonic() - EXPIRES
+        oldest = time.monotonic() - self.expires
         for token, session in list(self._by_token.items()):
             if session.used < oldest and not session.requests:
                 del self._by_token[token]
+
+
+def _check_room(session: Session) -> None:
+    if len(session.gallery.keys() - {ASIDE}) >= MOST_REFERENCES:
+        message = f"There are {MOST_REFERENCES} references at hand; delete one of them first."
+        raise StudioError(409, "full", message)

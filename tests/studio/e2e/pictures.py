@@ -75,7 +75,7 @@ def story(page):
         page.mouse.move(x + 8 * k, y + 2 * abs(k - 6))
         yield from now()
     page.mouse.up()
-    for look in ("Rembrandt", "Rim", "sample"):
+    for look in ("Rembrandt", "Rim", "reference.jpg"):
         page.locator("#looks li", has_text=look).locator(".look").click()
         yield from now(3)
     page.get_by_role("button", name="Side by side").click()

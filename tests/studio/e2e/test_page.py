@@ -136,9 +136,9 @@ def test_one_photo_beside_the_panels_goes_where_there_is_none(visit, photos):
         page.wait_for_selector(f".photo[data-role={role}].filled")
         quiet(page)
         assert photo.name in page.inner_text(f".photo[data-role={role}] .facts")
-    drop(page, "#stage", photos[1])
+    drop(page, "#stage", photos[0])
     quiet(page)
-    assert photos[1].name in page.inner_text(".photo[data-role=target] .facts")
+    assert photos[0].name in page.inner_text(".photo[data-role=reference] .facts"), "the person stays"
 
 
 @pytest.mark.parametrize("name", ["photo.jpg", "<img src=x onerror=alert(1)>.png"])

@@ -15,7 +15,7 @@ export function useToken(given) {
 /**
  * @typedef {"target" | "reference"} Role
  * @typedef {{scheme: string, points: (number[] | null)[], groups: Record<string, number[]>, detected: boolean}} Marks
- * @typedef {{width: number, height: number, landmarks: Marks | null, message: string | null}} Photo
+ * @typedef {{width: number, height: number, landmarks: Marks | null, message: string | null, name: string | null}} Photo
  * @typedef {{name: string, flag: string, help: string, default: any, kind: string, choices: any[],
  *   title: string, group: string, words: string[], at_least: number | null, at_most: number | null, above: number | null}} Option
  * @typedef {{options: Option[], landmark_formats: string[], lights: import("./lamps.js").Known,
@@ -68,8 +68,7 @@ async function ask(path, { method = "GET", json, body, signal } = {}) {
       continue;
     }
     const fallback = `The studio answered with ${response.status}. Try again, or reload the page.`;
-    const ended = code === "not_found" ? "This session has ended; reload the page." : null;
-    throw new ApiError(response.status, code, ended ?? said?.error?.message ?? fallback);
+    throw new ApiError(response.status, code, said?.error?.message ?? fallback);
   }
 }
 
@@ -100,7 +99,47 @@ export class Session {
   /** @param {string} token */
   constructor(token) {
     this.token = token;
-    this.path = `/sessions/${token}`;
+    /** @type {((fresh: Session) => Promise<boolean>) | null} fills a new one as this was; false: that cannot be */
+    this.refill = null;
+    /** @type {() => void} */
+    this.renewed = () => {};
+    /** @type {Promise<boolean> | null} */
+    this.renewal = null;
+  }
+
+  /** @param {string} path @param {Parameters<typeof ask>[1]} [request] */
+  async #ask(path, request) {
+    const { token } = this;
+    try {
+      return await ask(`/sessions/${token}${path}`, request);
+    } catch (error) {
+      if (!(error instanceof ApiError && error.code === "not_found")) throw error;
+      if (!(await this.#renewed(token))) {
+        throw new ApiError(404, "not_found", "The studio has these photos no more; reload the page, and drop them again.");
+      }
+      return ask(`/sessions/${this.token}${path}`, request);
+    }
+  }
+
+  /** @param {string} path @param {Parameters<typeof ask>[1]} [request] */
+  async #json(path, request) {
+    return (await this.#ask(path, request)).json();
+  }
+
+  /** Whether there is a new session in place of one that has ended. @param {string} ended */
+  #renewed(ended) {
+    if (ended !== this.token) return Promise.resolve(true); // another request has seen to it
+    this.renewal ??= this.#renew().finally(() => (this.renewal = null));
+    return this.renewal;
+  }
+
+  async #renew() {
+    if (!this.refill) return false;
+    const fresh = await Session.open();
+    if (!(await this.refill(fresh))) return false;
+    this.token = fresh.token;
+    this.renewed();
+    return true;
   }
 
   static async open() {
@@ -109,91 +148,96 @@ export class Session {
 
   /** @returns {Promise<Record<Role, Photo | null>>} */
   about() {
-    return askJson(this.path);
+    return this.#json("");
   }
 
   /** @returns {Promise<Record<Role, Photo>>} */
   samples() {
-    return askJson(`${this.path}/samples`, { method: "POST" });
+    return this.#json("/samples", { method: "POST" });
   }
 
-  /** @returns {Promise<Record<Role, Photo>>} */
+  /** The target becomes a reference at hand, of the name `id`. @returns {Promise<Record<Role, Photo> & {id: string}>} */
   swap() {
-    return askJson(`${this.path}/swap`, { method: "POST" });
+    return this.#json("/swap", { method: "POST" });
   }
 
-  /** @param {Role} role @param {Blob} file @returns {Promise<Photo>} */
-  upload(role, file) {
-    return askJson(`${this.path}/photos/${role}`, { method: "PUT", body: file });
+  /** @param {Role} role @param {Blob} file @param {AbortSignal} [signal] @returns {Promise<Photo>} */
+  upload(role, file, signal) {
+    return this.#json(`/photos/${role}`, { method: "PUT", body: file, signal });
   }
 
   /** @param {Role} role @param {number} side */
   async picture(role, side) {
-    return (await ask(`${this.path}/photos/${role}?side=${side}`)).blob();
+    return (await this.#ask(`/photos/${role}?side=${side}`)).blob();
   }
 
   /** @param {Role} role @returns {Promise<Marks>} */
   landmarks(role) {
-    return askJson(`${this.path}/landmarks/${role}`);
+    return this.#json(`/landmarks/${role}`);
   }
 
   /** @param {Role} role @param {{scheme: string, points: number[][]}} marks @returns {Promise<Marks>} */
   place(role, marks) {
-    return askJson(`${this.path}/landmarks/${role}`, { method: "PUT", json: marks });
+    return this.#json(`/landmarks/${role}`, { method: "PUT", json: marks });
   }
 
   /** @param {Role} role @returns {Promise<Marks>} */
   detect(role) {
-    return askJson(`${this.path}/landmarks/${role}/detect`, { method: "POST" });
+    return this.#json(`/landmarks/${role}/detect`, { method: "POST" });
   }
 
   /** The part of the target's face at a place, in px of the photo. @param {number[]} place @returns {Promise<{part: string | null}>} */
   part([x, y]) {
-    return askJson(`${this.path}/part?x=${Math.max(x, 0)}&y=${Math.max(y, 0)}`);
+    return this.#json(`/part?x=${Math.max(x, 0)}&y=${Math.max(y, 0)}`);
   }
 
   /** @param {Role} role @param {string} format */
   async saveLandmarks(role, format) {
-    return (await ask(`${this.path}/landmarks/${role}/file?format=${format}`)).blob();
+    return (await this.#ask(`/landmarks/${role}/file?format=${format}`)).blob();
   }
 
   /** @param {Role} role @param {string} format @param {Blob} file @returns {Promise<Marks>} */
   loadLandmarks(role, format, file) {
-    return askJson(`${this.path}/landmarks/${role}/file?format=${format}`, { method: "PUT", body: file });
+    return this.#json(`/landmarks/${role}/file?format=${format}`, { method: "PUT", body: file });
   }
 
   /** @param {unknown} request @param {AbortSignal} [signal] */
   render(request, signal) {
-    return ask(`${this.path}/render`, { method: "POST", json: request, signal });
+    return this.#ask("/render", { method: "POST", json: request, signal });
   }
 
   /** @param {unknown} request @param {AbortSignal} [signal] */
   async export(request, signal) {
-    const answer = await ask(`${this.path}/export`, { method: "POST", json: request, signal });
+    const answer = await this.#ask("/export", { method: "POST", json: request, signal });
     return { file: await answer.blob(), lost: JSON.parse(answer.headers.get("X-Relit-Not-Kept") ?? "[]") };
   }
 
   /** The references that were dropped so far. @returns {Promise<Record<string, Photo>>} */
   references() {
-    return askJson(`${this.path}/references`);
+    return this.#json("/references");
   }
 
-  /** @param {string} id @param {Blob} file @returns {Promise<Photo>} */
-  addReference(id, file) {
-    return askJson(`${this.path}/references/${id}`, { method: "PUT", body: file });
+  /** @param {string} id @param {Blob} file @param {AbortSignal} [signal] @returns {Promise<Photo>} */
+  addReference(id, file, signal) {
+    return this.#json(`/references/${id}`, { method: "PUT", body: file, signal });
   }
 
-  /** @param {string} id @returns {Promise<Record<Role, Photo | null>>} */
-  chooseReference(id) {
-    return askJson(`${this.path}/references/${id}/choose`, { method: "POST" });
+  /** @param {string} id @param {{scheme: string, points: number[][]}} marks @returns {Promise<Marks>} */
+  placeReference(id, marks) {
+    return this.#json(`/references/${id}/landmarks`, { method: "PUT", json: marks });
+  }
+
+  /** @param {string} id @param {AbortSignal} [signal] @returns {Promise<Record<Role, Photo | null>>} */
+  chooseReference(id, signal) {
+    return this.#json(`/references/${id}/choose`, { method: "POST", signal });
   }
 
   /** @param {string} id */
   removeReference(id) {
-    return ask(`${this.path}/references/${id}`, { method: "DELETE" });
+    return this.#ask(`/references/${id}`, { method: "DELETE" });
   }
 
   end() {
-    return ask(this.path, { method: "DELETE" });
+    return this.#ask("", { method: "DELETE" });
   }
 }

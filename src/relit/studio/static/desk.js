@@ -48,7 +48,7 @@ export class LightDesk extends EventTarget {
     this.#part(".source").hidden = lit || !hasReference;
     this.#part("[data-do=add]").hidden = !lit || this.lamps.length >= MOST;
     this.#part(".note").textContent = lit
-      ? "Drag a lamp on the ball. The wheel makes it larger, and its shadows softer."
+      ? "Drag a lamp on the ball. Then the wheel, or two fingers, make it larger, and its shadows softer."
       : "Drag the ball to carry the photo's light round the face.";
     this.#list();
   }
@@ -102,7 +102,8 @@ export class LightDesk extends EventTarget {
       for (const input of row.querySelectorAll("input")) {
         if (input !== document.activeElement || input.type !== "color") input.value = String(now[/** @type {keyof typeof now} */ (input.name)]);
       }
-      row.querySelector("[data-do=remove]").hidden = this.lamps.length < 2;
+      // The strongest counts as 1: one alone has no other power.
+      for (const part of row.querySelectorAll(":has(> [name=power]), [data-do=remove]")) part.hidden = this.lamps.length < 2;
     });
   }
 

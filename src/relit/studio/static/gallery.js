@@ -24,9 +24,15 @@ export class Gallery extends EventTarget {
     this.now = now;
     /** @type {Record<string, string>} id → name of the file */
     this.names = {};
-    this.inUse = "";
+    /** @type {Map<string, File>} those of the names that the page has itself */
+    this.files = new Map();
+    this.inUse = ""; // the one that the server has as its reference; empty: one that is not at hand, or none
+    this.asked = ""; // the one that it was asked to have
     this.looks = new Looks(root, (look, signal) => this.#thumbnail(look, signal));
-    this.looks.addEventListener("remove", (event) => void this.#remove(/** @type {CustomEvent<Look>} */ (event).detail));
+    this.looks.addEventListener("remove", (event) => {
+      const { reference } = /** @type {CustomEvent<Look>} */ (event).detail;
+      this.dispatchEvent(new CustomEvent("remove", { detail: reference }));
+    });
   }
 
   /** What was there before the page was loaded again. @param {Record<string, string>} names @param {string[]} starred */
@@ -40,27 +46,43 @@ export class Gallery extends EventTarget {
     this.show();
   }
 
-  /** Put a file on the server, and make it the reference. @param {File} file @returns {Promise<Photo>} */
+  /** Put a file on the server. @param {File} file @returns {Promise<string>} by which it is at hand */
   async add(file) {
     const id = crypto.randomUUID?.() ?? `${Date.now()}-${Object.keys(this.names).length}`;
     await this.session.addReference(id, file);
     this.names[id] = file.name;
+    this.files.set(id, file);
     this.show();
-    return this.use(id);
+    return id;
   }
 
   /** The server has one as its reference. @param {string} id @param {string} name */
   seat(id, name) {
     this.names[id] = name;
-    this.inUse = id;
+    this.inUse = this.asked = id;
     this.show();
   }
 
-  /** Make one the reference. @param {string} id @returns {Promise<Photo>} */
-  async use(id) {
-    const seats = await this.session.chooseReference(id);
-    this.inUse = id;
-    return /** @type {Photo} */ (seats.reference);
+  /** Make one the reference. @param {string} id @param {AbortSignal} signal @returns {Promise<Photo>} */
+  async use(id, signal) {
+    this.asked = id;
+    try {
+      const seats = await this.session.chooseReference(id, signal);
+      this.inUse = id;
+      return /** @type {Photo} */ (seats.reference);
+    } catch (error) {
+      if (this.asked === id) this.asked = this.inUse;
+      throw error;
+    }
+  }
+
+  /** Take one out. It stays the reference, if it is. @param {string} id */
+  async remove(id) {
+    await this.session.removeReference(id);
+    delete this.names[id];
+    this.files.delete(id);
+    if (this.inUse === id) this.inUse = this.asked = "";
+    this.show();
   }
 
   show() {
@@ -88,15 +110,6 @@ export class Gallery extends EventTarget {
       if (error instanceof ApiError) return error.code === "stale" ? null : new Blob();
       throw error;
     }
-  }
-
-  /** @param {Look} look */
-  async #remove({ reference }) {
-    const id = /** @type {string} */ (reference);
-    delete this.names[id];
-    this.show();
-    await this.session.removeReference(id);
-    this.dispatchEvent(new CustomEvent("gone", { detail: id }));
   }
 }
 

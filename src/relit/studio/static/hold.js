@@ -1,7 +1,10 @@
 // @ts-check
 /** Something that lasts as long as a key or a button is held. */
 
-const TYPING = "textarea, select, input:not([type=range], [type=checkbox], [type=radio])";
+const TYPING = "textarea, select, input:not([type=range], [type=checkbox], [type=radio], [type=color])";
+
+/** Whether a letter or a digit is meant for what has the focus. @param {EventTarget | null} target */
+export const typed = (target) => Boolean(/** @type {Element} */ (target)?.closest?.(TYPING));
 
 /**
  * @param {HTMLElement} button @param {string[]} keys that do the same wherever the focus is, but where one types
@@ -15,7 +18,7 @@ export function holding(button, keys, act) {
   const means = (/** @type {KeyboardEvent} */ { key, target, ctrlKey, metaKey, altKey }) => {
     if (ctrlKey || metaKey || altKey) return false;
     if (target === button && [" ", "Enter"].includes(key)) return true;
-    return keys.includes(key.toLowerCase()) && !(/** @type {Element} */ (target).closest?.(TYPING));
+    return keys.includes(key.toLowerCase()) && !typed(target);
   };
   window.addEventListener("keydown", (event) => {
     if (!means(event)) return;

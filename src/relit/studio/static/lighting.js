@@ -3,6 +3,8 @@
 
 import { LightDesk } from "./desk.js";
 import { Gallery } from "./gallery.js";
+import { typed } from "./hold.js";
+import { Newest } from "./newest.js";
 
 /** Options that carry a light; another light begins without them. */
 const CARRIED = { turn: 0, tilt: 0 };
@@ -17,6 +19,7 @@ export class Lighting extends EventTarget {
   constructor(session, offer, store, desk, looks, sequence) {
     super();
     this.store = store;
+    this.newest = new Newest(); // of all lights that were wished for
     this.desk = new LightDesk(desk, offer.lights);
     this.gallery = new Gallery(looks, session, Object.keys(offer.lights), () => {
       const now = sequence();
@@ -34,8 +37,7 @@ export class Lighting extends EventTarget {
     });
     this.gallery.looks.addEventListener("star", () => this.dispatchEvent(new Event("note")));
     window.addEventListener("keydown", ({ target, key, ctrlKey, metaKey, altKey, defaultPrevented }) => {
-      const typing = target instanceof HTMLSelectElement || target instanceof HTMLInputElement;
-      if (!defaultPrevented && !typing && !ctrlKey && !metaKey && !altKey && /^[1-9]$/.test(key)) this.gallery.looks.pick(Number(key));
+      if (!defaultPrevented && !typed(target) && !ctrlKey && !metaKey && !altKey && /^[1-9]$/.test(key)) this.gallery.looks.pick(Number(key));
     });
   }
 
@@ -53,6 +55,7 @@ export class Lighting extends EventTarget {
 
   /** @param {Record<string, any>} changes @param {string | null} tag */
   #set(changes, tag) {
+    if ("light" in changes) this.newest.next();
     this.store.set({ options: { ...this.store.now.options, ...changes } }, tag);
   }
 }

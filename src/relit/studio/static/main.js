@@ -1,27 +1,34 @@
 // @ts-check
 /** The page: what the visitor does becomes the document, and the document is shown. */
 
-import { ApiError, fetchOptions } from "./api.js";
+import { ApiError, fetchOptions, isAborted } from "./api.js";
+import { optionsOf } from "./command.js";
 import { Controls } from "./controls.js";
 import { entered } from "./entry.js";
 import { dropZone, onChosen, save } from "./files.js";
 import { Intake } from "./intake.js";
 import { Lighting } from "./lighting.js";
+import { Newest } from "./newest.js";
+import { copied } from "./outgoing.js";
 import { Panel } from "./panel.js";
 import { ROLES } from "./pairs.js";
 import { picking } from "./picking.js";
 import { PointTools } from "./tools.js";
 import { Preview } from "./preview.js";
+import { Problems } from "./problems.js";
+import { refill } from "./revival.js";
 import { share } from "./share.js";
 import { Stage } from "./stage.js";
 import { Store } from "./state.js";
 import { FilmStrip } from "./strip.js";
 import { Sync } from "./sync.js";
-import { begin, keep } from "./visit.js";
+import { begin, hold, keep } from "./visit.js";
+import { first } from "./zip.js";
 
 /**
  * @typedef {import("./api.js").Role} Role
- * @typedef {{faces: import("./pairs.js").Faces, options: Record<string, any>, reference: string}} Document
+ * @typedef {{faces: import("./pairs.js").Faces, options: Record<string, any>, reference: string,
+ *   slot: string}} Document
  */
 
 const SIDE = 1600; // px of a photo that is shown for its landmarks
@@ -35,31 +42,41 @@ async function start() {
   let drop = () => {};
   dropZone(document.documentElement, (files) => drop(files));
   const offer = await entered(fetchOptions);
-  const { session, photos, kept } = await begin();
+  const { session, photos, kept, told } = await begin();
   /** @type {Record<Role, string>} */
-  let names = kept?.names ?? { target: "", reference: "" };
+  let names = kept?.names ?? { target: photos.target?.name ?? "", reference: photos.reference?.name ?? "" };
+  /** @type {import("./revival.js").Files} of the photos in hand, where the page has them itself */
+  const files = { target: null, reference: null };
   let took = 0;
 
   const controls = new Controls(offer.options, $("first"), $("more"));
   /** @type {Store<Document>} */
-  const store = new Store({ faces: { target: null, reference: null }, options: controls.defaults, reference: "" });
-  const sync = new Sync(session);
+  const store = new Store({ faces: { target: null, reference: null }, options: controls.defaults, reference: "", slot: "a" });
+  const sync = new Sync(session, () => refresh());
   const stage = new Stage($("stage"));
   const panels = /** @type {Record<Role, Panel>} */ (
     Object.fromEntries(ROLES.map((role) => [role, new Panel(role, $("photo"), offer.landmark_formats)]))
   );
   for (const role of ROLES) $("pair").append(panels[role].root);
+  const problems = new Problems($("stage-problem"), panels);
   const tools = new PointTools(store, panels, say);
-  let seated = Promise.resolve(); // until the server has the reference that is chosen
-  const preview = new Preview(
-    (request, signal) => session.render(request, signal),
-    () => seated.then(() => sync.push(() => store.now.faces)),
-  );
+  const seats = new Newest(); // of the references that the server is asked to have
+  let seated = Promise.resolve(); // until it has the one that is chosen
+  /** Have the server know what the page knows. */
+  const agree = async () => {
+    if (!store.now.options.light) await seated;
+    await sync.push(() => store.now.faces);
+  };
+  const preview = new Preview((request, signal) => session.render(request, signal), agree);
   const lighting = new Lighting(session, offer, store, $("desk"), $("looks"), () =>
     photos.target && tools.usable("target") ? preview.sequence : null,
   );
   const { gallery } = lighting;
-  const film = new FilmStrip($("film"), session);
+  const film = new FilmStrip($("film"), session, async () => {
+    await agree();
+    const { options, reference, faces } = store.now;
+    return { options, reference: reference || null, marks: faces.reference, format: $("format").value };
+  });
 
   const note = () => {
     const { names: references, looks } = gallery;
@@ -73,53 +90,66 @@ async function start() {
     return Boolean(photos.target && tools.usable("target") && (lit || (photos.reference && tools.paired)));
   };
 
+  let exporting = false;
   const refresh = () => {
     const able = ready();
-    $("export").disabled = !able;
+    $("export").disabled = exporting || !able;
     $("swap").disabled = !(photos.target && photos.reference);
     $("undo").disabled = !store.past.length;
     $("redo").disabled = !store.future.length;
-    if (able) preview.ask({ options: store.now.options, views: stage.wanted, side: stage.side });
+    const { options, reference } = store.now;
+    const { wanted: views, side, fine } = stage;
+    if (able) preview.ask({ options, reference: reference || null, views, side, fine });
     else preview.cancel();
     $("stage").classList.toggle("waiting", !able);
+    $("stage").classList.toggle("seated", Boolean(photos.target));
+    $("stage").classList.toggle("paired", Boolean(photos.target && photos.reference));
     if (!able && photos.target) say("The preview waits for photos and landmarks.");
     $("looks-box").hidden = !(photos.target && tools.usable("target"));
     $("desk").hidden = !photos.target;
     lighting.show(Boolean(photos.reference));
   };
 
-  /** A face that was not found is placed by hand: there, and named. */
+  /** Whether a photo's face was neither found nor placed by hand. @param {Role} role */
+  const faceless = (role) => Boolean(photos[role]?.message) && !tools.usable(role);
+
+  /** A face that was not found is placed by hand: there. */
   const unsure = () => {
-    const lost = ROLES.filter((role) => photos[role]?.message);
-    if (!lost.length) return;
+    if ($("fit").open || !ROLES.some(faceless)) return;
     $("fit").open = true;
-    const told = lost.map((role) => `${names[role] || role}: ${photos[role]?.message}`);
-    $("stage-problem").textContent = told.join(" ");
+    $("fit").scrollIntoView();
   };
 
-  /** @param {Role} role @param {import("./api.js").Photo} photo */
-  const showPhoto = async (role, photo) => {
-    photos[role] = photo;
+  /** @param {Role} role @param {import("./api.js").Photo} photo @param {AbortSignal} [signal] */
+  const showPhoto = async (role, photo, signal) => {
     const blob = await session.picture(role, SIDE);
+    signal?.throwIfAborted();
+    photos[role] = photo;
     panels[role].show(blob, photo, names[role]);
-    panels[role].problem(photo.message ?? "");
+    problems.tell(role, photo.message ? `${names[role] || role}: ${photo.message}` : "");
     if (role !== "target") return lighting.desk.source(blob, names.reference);
     stage.before(blob, photo);
     gallery.looks.look(stage.face);
   };
 
-  /** @param {Partial<Record<Role, import("./api.js").Photo | null>>} given */
-  const take = async (given) => {
+  /**
+   * @param {Partial<Record<Role, import("./api.js").Photo | null>>} given
+   * @param {Partial<import("./revival.js").Files>} [from]
+   */
+  const take = async (given, from = {}) => {
     /** @type {Partial<Record<Role, import("./api.js").Marks | null>>} */
     const faces = {};
     for (const role of ROLES) {
       const photo = given[role];
       if (!photo) continue;
-      faces[role] = photo.landmarks;
+      const marks = film.frame(from[role])?.marks;
+      faces[role] = marks ?? photo.landmarks;
       sync.knows(role, { target: null, reference: null, [role]: photo.landmarks });
-      await showPhoto(role, photo);
+      await showPhoto(role, marks ? { ...photo, landmarks: marks, message: null } : photo);
     }
     stage.clear();
+    for (const role of ROLES) if (given[role]) files[role] = from[role] ?? null;
+    film.inHand(files.target);
     // The other photo may have come meanwhile.
     const { options } = store.now;
     // A photo that is dropped for its light is what is wanted; one that is alone needs a lamp.
@@ -143,13 +173,13 @@ async function start() {
     for (const panel of busy) panel.busy(true);
     const slow = setTimeout(() => say(doing), 300);
     try {
-      if (role) panels[role].problem("");
-      else $("stage-problem").textContent = "";
+      problems.tell(role ?? "work", "");
       await act();
     } catch (error) {
+      if (isAborted(error)) return; // something newer is under way
       if (!(error instanceof ApiError)) throw error;
-      if (role) panels[role].problem(error.message);
-      else $("stage-problem").textContent = error.message;
+      problems.tell(role ?? "work", error.message);
+      say("");
     } finally {
       clearTimeout(slow);
       for (const panel of busy) panel.busy(false);
@@ -157,63 +187,107 @@ async function start() {
     }
   };
 
-  const intake = new Intake(session, offer, attempt, (file) => gallery.add(file), {
-    photos: (given, called) => {
-      names = { ...names, ...called };
-      return take(given);
+  /** Show a reference that is at hand, once the server has it in its seat. @param {string} id */
+  const seat = async (id) => {
+    const signal = seats.next();
+    const name = gallery.names[id];
+    film.left();
+    const photo = await gallery.use(id, signal);
+    names.reference = name;
+    files.reference = gallery.files.get(id) ?? null;
+    sync.knows("reference", { target: null, reference: photo.landmarks });
+    await showPhoto("reference", photo, signal);
+    return photo.landmarks;
+  };
+  /** Take the light of a reference at hand. @param {string} id */
+  const choose = (id) => {
+    const wish = lighting.newest.next();
+    seated = attempt("reference", () =>
+      sync.exchange(["reference"], async () => {
+        const change = { faces: { ...store.now.faces, reference: await seat(id) }, reference: id };
+        change.faces.target = store.now.faces.target;
+        // A lamp that was chosen meanwhile stays.
+        if (wish.aborted) store.settle(change);
+        else store.set({ ...change, options: lighting.ofPhoto });
+        note();
+      }),
+    );
+    return seated;
+  };
+  /** A reference that cannot be had again: what it lit is history no more, and lamps are beside the one now. @param {string} id */
+  const forget = (id) => {
+    const { reference, faces } = store.now;
+    store.revise((one) => {
+      if (one.reference !== id) return one;
+      return one.options.light ? { ...one, reference, faces: { ...one.faces, reference: faces.reference } } : null;
+    });
+  };
+
+  const intake = new Intake(session, sync, offer, attempt, lighting, {
+    photos: async ({ target, reference }, from) => {
+      if (reference) await choose(reference);
+      if (!target) return;
+      names.target = from.target?.name ?? "";
+      await take({ target }, { target: from.target });
     },
     marks: (role, marks) => {
       sync.knows(role, { target: null, reference: null, [role]: marks });
       store.set({ faces: { ...store.now.faces, [role]: marks } });
     },
   });
-  /** Files that nobody said the role of: two are a person and a light, more are a film strip. @param {File[]} files */
-  const receive = async (files) => {
-    const pictures = files.filter((file) => !intake.isMarks(file));
+  /**
+   * Two photos are a person and a light, more are a film strip. One goes where there is none, and beside a pair to the
+   * references: nobody is replaced unasked. @param {File[]} given @param {Role} [role] that somebody said
+   */
+  const receive = async (given, role) => {
+    const others = [];
+    for (const file of given) {
+      if (/\.json$/i.test(file.name) && (await optionsOf(file))) await loading(file);
+      else others.push(file);
+    }
+    if (!others.length) return undefined;
+    const pictures = others.filter((file) => !intake.isMarks(file));
     if (pictures.length > 2) {
       film.clear();
       film.add(pictures);
       return film.choose(0);
     }
-    const empty = ROLES.find((role) => !photos[role]);
-    return intake.receive(files, empty ?? "target");
+    const empty = ROLES.find((one) => !photos[one]) ?? "reference";
+    const lost = ROLES.find(faceless) ?? "target";
+    for (const one of ROLES) if (!faceless(one)) problems.tell(one, "");
+    return intake.receive(others, role ?? (pictures.length ? empty : lost));
   };
   drop = (files) => void receive(files);
   onChosen($("open"), (files) => void receive(files));
-  film.addEventListener("choose", (event) => void intake.receive([/** @type {CustomEvent} */ (event).detail], "target"));
-  film.addEventListener("all", async () => {
-    await sync.push(() => store.now.faces);
-    const made = await film.export(store.now.options, $("format").value);
-    if (made) save(made, "relit-photos.zip");
+  for (const zone of document.querySelectorAll("#zones [data-role]")) {
+    const { dataset } = /** @type {HTMLElement} */ (zone);
+    dropZone(/** @type {HTMLElement} */ (zone), (files) => void receive(files, /** @type {Role} */ (dataset.role)));
+  }
+  film.addEventListener("choose", async (event) => {
+    /** @type {import("./strip.js").Frame} */
+    const frame = /** @type {CustomEvent} */ (event).detail;
+    await intake.receive([frame.file], "target");
+    film.told(frame, problems.now.target, files.target);
   });
-
-  /** Show a reference that the server has seated, by its number in the gallery. @param {string} id */
-  const seat = async (id) => {
-    const photo = await gallery.use(id);
-    names.reference = gallery.names[id];
-    sync.knows("reference", { target: null, reference: photo.landmarks });
-    await showPhoto("reference", photo);
-    return photo.landmarks;
-  };
-  lighting.addEventListener("reference", (event) => {
+  film.addEventListener("made", (event) => save(/** @type {CustomEvent<Blob>} */ (event).detail, "relit-photos.zip"));
+  lighting.addEventListener("reference", (event) => void choose(/** @type {CustomEvent<string>} */ (event).detail));
+  lighting.addEventListener("note", note);
+  gallery.addEventListener("remove", async (event) => {
     const id = /** @type {CustomEvent<string>} */ (event).detail;
-    void attempt("reference", async () => {
-      const had = !photos.reference || Boolean(store.now.reference);
-      const change = { options: lighting.ofPhoto, faces: { ...store.now.faces, reference: await seat(id) }, reference: id };
-      // What was there before cannot be had back if it is not in the gallery.
-      if (had) store.set(change);
-      else store.reset(change);
+    await seated; // it may be about to come into use
+    if (!(id in gallery.names)) return;
+    await attempt(null, async () => {
+      await gallery.remove(id);
+      // In use, it stays so.
+      if (store.now.reference === id) store.map((one) => (one.reference === id ? { ...one, reference: "" } : one));
+      else forget(id);
       note();
+      refresh();
     });
   });
-  lighting.addEventListener("note", note);
-  gallery.addEventListener("gone", (event) => {
-    // It stays in use, if it is; what was done with it before cannot be had back.
-    const { reference } = store.now;
-    store.reset({ reference: reference === /** @type {CustomEvent<string>} */ (event).detail ? "" : reference });
-    note();
-  });
-  share(store, offer.options, () => names, (id) => id in gallery.names, say);
+  const load = share(store, offer.options, () => names, (id) => id in gallery.names, say);
+  const loading = (/** @type {File} */ file) => attempt(null, () => load(file));
+  onChosen($("load-settings"), ([file]) => void loading(file));
   const { viewer } = stage;
   picking(viewer, $("pick"), (place) =>
     attempt(null, async () => {
@@ -222,8 +296,23 @@ async function start() {
       else say("That is beside the face.");
     }),
   );
-  viewer.file = () => ({ url: viewer.pictures.after?.src ?? "", name: `${(names.target || "photo").replace(/\.[^.]*$/, "")}-relit.jpg` });
-  $("copy-picture").addEventListener("click", async () => say((await viewer.copy()) || "Copied the picture."));
+  viewer.file = () => {
+    const { src = "", naturalWidth, naturalHeight } = viewer.pictures.after ?? {};
+    return { url: src, name: `${(names.target || "photo").replace(/\.[^.]*$/, "")}-relit-${naturalWidth}x${naturalHeight}.jpg` };
+  };
+  $("copy-picture").addEventListener("click", () => {
+    if (!ready()) return say("There is no picture yet.");
+    return attempt(null, async () => {
+      const { width, height } = /** @type {import("./api.js").Photo} */ (photos.target);
+      const png = agree().then(async () => {
+        const { options, reference } = store.now;
+        return first((await session.export({ options, reference: reference || null, format: ".png" })).file);
+      });
+      const refused = await copied(png);
+      await png; // what the server refuses is its to tell
+      say(refused || `Copied the picture, ${width} × ${height}.`);
+    }, "Making it in full resolution…");
+  });
 
   for (const role of ROLES) {
     const panel = panels[role];
@@ -232,7 +321,7 @@ async function start() {
     panel.addEventListener("save", (event) => {
       const format = /** @type {CustomEvent} */ (event).detail;
       void attempt(role, async () => {
-        await sync.push(() => store.now.faces);
+        await agree();
         save(await session.saveLandmarks(role, format), `${role}${format}`);
       });
     });
@@ -240,21 +329,37 @@ async function start() {
 
   $("samples").addEventListener("click", () =>
     attempt(null, async () => {
-      const given = await session.samples();
-      names = { target: "sample", reference: "sample" };
-      gallery.seat("sample", "sample");
-      await take(given);
+      for (const newest of [intake.target, lighting.newest, seats]) newest.next();
+      await sync.exchange(ROLES, async () => {
+        const given = await session.samples();
+        names = { target: "target.png", reference: "reference.jpg" }; // as `relit samples` writes them
+        gallery.seat("sample", names.reference);
+        await take(given);
+      });
     }),
   );
   $("swap").addEventListener("click", () =>
     attempt(null, async () => {
-      await sync.push(() => store.now.faces);
-      const given = await session.swap();
-      names = { target: names.reference, reference: names.target };
-      sync.held = { target: sync.held.reference, reference: sync.held.target };
-      for (const role of ROLES) await showPhoto(role, given[role]);
-      store.map((one) => ({ ...one, faces: { target: one.faces.reference, reference: one.faces.target } }));
-      note();
+      await agree();
+      await sync.exchange(ROLES, async () => {
+        film.left();
+        const { id, ...given } = await session.swap();
+        names = { target: names.reference, reference: names.target };
+        Object.assign(files, { target: files.reference, reference: files.target });
+        if (files.reference) gallery.files.set(id, files.reference);
+        film.inHand(files.target);
+        sync.held = { target: sync.held.reference, reference: sync.held.target };
+        gallery.seat(id, names.reference || "target");
+        for (const role of ROLES) await showPhoto(role, given[role]);
+        // What was done with other references has the one now in the target's seat in theirs.
+        const { reference, faces } = store.now;
+        store.map((one) => {
+          const target = one.reference === reference ? one.faces.reference : faces.reference;
+          return { ...one, faces: { target, reference: one.faces.target }, reference: id };
+        });
+        gallery.looks.renew();
+        note();
+      });
       say("Target and reference have changed places.");
     }),
   );
@@ -270,14 +375,21 @@ async function start() {
     tools.add(false);
     store.set({ faces });
   });
-  $("export").addEventListener("click", () =>
-    attempt(null, async () => {
-      await sync.push(() => store.now.faces);
-      const { file, lost } = await session.export({ options: store.now.options, format: $("format").value });
-      save(file, "relit.zip");
-      say(lost.length ? `Exported relit.zip. This format does not keep ${lost.join(", ")}.` : "Exported relit.zip.");
-    }, "Exporting in full resolution…"),
-  );
+  $("export").addEventListener("click", async () => {
+    $("export").disabled = exporting = true;
+    try {
+      await attempt(null, async () => {
+        await agree();
+        const { options, reference } = store.now;
+        const { file, lost } = await session.export({ options, reference: reference || null, format: $("format").value });
+        save(file, "relit.zip");
+        say(lost.length ? `Exported relit.zip. This format does not keep ${lost.join(", ")}.` : "Exported relit.zip.");
+      }, "Exporting in full resolution…");
+    } finally {
+      exporting = false;
+      $("export").disabled = !ready();
+    }
+  });
   $("undo").addEventListener("click", () => store.undo());
   $("redo").addEventListener("click", () => store.redo());
   window.addEventListener("keydown", (event) => {
@@ -302,10 +414,14 @@ async function start() {
       controls.show(store.now.options);
       note();
     }
-    const { reference } = store.now;
-    if (reference && reference !== gallery.inUse) {
+    const { reference, faces } = store.now;
+    if (before.faces.target !== faces.target) film.placed(files.target, faces.target);
+    if (reference !== before.reference) {
+      if (!before.reference) forget("");
       // Undone, or redone.
-      seated = attempt("reference", () => seat(reference).then(() => {}));
+      if (reference && reference !== gallery.asked) {
+        seated = attempt("reference", () => sync.exchange(["reference"], () => seat(reference).then(() => {})));
+      }
     }
     tools.show();
     refresh();
@@ -325,7 +441,10 @@ async function start() {
     /** @type {import("./preview.js").Picture} */
     const picture = /** @type {CustomEvent} */ (event).detail;
     controls.forgive();
-    $("stage-problem").textContent = $("points-problem").textContent = "";
+    problems.tell("work", "");
+    $("points-problem").textContent = "";
+    // A face that was placed by hand is found.
+    for (const role of ROLES) if (photos[role]?.message && !faceless(role)) problems.tell(role, "");
     stage.show(picture);
     lighting.desk.light(picture.lamps, picture.fill);
     const { finest, seconds } = picture;
@@ -346,16 +465,24 @@ async function start() {
     // A view that this method does not make: its result says whether anything else is wrong.
     if (stage.tab !== "result" && error.status !== 0 && error.code !== "busy") return stage.open("result");
     const marks = ["bad_landmarks", "no_face"].includes(error.code);
-    const place = controls.blame(error.message) ? null : marks ? "points-problem" : "stage-problem";
-    for (const id of ["points-problem", "stage-problem"]) $(id).textContent = id === place ? error.message : "";
+    const blamed = controls.blame(error.message);
+    $("points-problem").textContent = !blamed && marks ? error.message : "";
+    problems.tell("work", blamed || marks ? "" : error.message);
     say(error.message);
   });
 
   await gallery.restore(kept?.references ?? {}, kept?.starred ?? []);
-  gallery.inUse = kept?.reference ?? "";
+  gallery.inUse = gallery.asked = kept?.reference ?? "";
   store.reset({ options: { ...controls.defaults, ...kept?.options }, reference: gallery.inUse });
   await take(photos);
   if (kept?.options) store.reset({ options: { ...controls.defaults, ...kept.options } });
+  session.refill = (fresh) => refill(fresh, files, gallery, store.now);
+  session.renewed = () => {
+    void hold(session.token);
+    note();
+    say("The studio had the photos no more; they were sent to it again.");
+  };
+  if (told) say(told);
   $("samples").disabled = false;
 }
 

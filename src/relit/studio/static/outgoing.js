@@ -17,14 +17,16 @@ export function carry({ dataTransfer }, { url, name }) {
   dataTransfer.effectAllowed = "copy";
 }
 
-/** Copy a picture as PNG, and return what went wrong, if anything did. @param {HTMLImageElement} picture */
-export async function copied(picture) {
+/** A picture as PNG. @param {HTMLImageElement} picture @returns {Promise<Blob>} */
+export function asPng(picture) {
   const canvas = document.createElement("canvas");
   [canvas.width, canvas.height] = [picture.naturalWidth, picture.naturalHeight];
   canvas.getContext("2d")?.drawImage(picture, 0, 0);
-  const png = new Promise((/** @type {(blob: Blob) => void} */ go, fail) =>
-    canvas.toBlob((blob) => (blob ? go(blob) : fail(new Error("no PNG"))), "image/png"),
-  );
+  return new Promise((go, fail) => canvas.toBlob((blob) => (blob ? go(blob) : fail(new Error("no PNG"))), "image/png"));
+}
+
+/** Copy a picture that is a PNG, and return what went wrong, if anything did. @param {Promise<Blob>} png */
+export async function copied(png) {
   try {
     // The promise goes in as it is: Safari lets a page copy only at once after a click.
     await navigator.clipboard.write([new ClipboardItem({ "image/png": png })]);

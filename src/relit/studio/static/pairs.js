@@ -18,8 +18,8 @@ function byHand(points) {
   return { scheme: "points", points, groups: { points: points.map((_, row) => row) }, detected: false };
 }
 
-/** Two faces without a point, to place pairs from nothing. @returns {Faces} */
-export const nothing = () => ({ target: byHand([]), reference: byHand([]) });
+/** Two faces without a point, to place pairs from nothing; a photo that is alone has none to pair. @param {boolean} alone @returns {Faces} */
+export const nothing = (alone) => ({ target: byHand([]), reference: alone ? null : byHand([]) });
 
 /** @param {Marks | null} marks */
 export const placed = (marks) => (marks ? marks.points.filter(Boolean).length : 0);
@@ -34,19 +34,22 @@ export function pairable({ target, reference }) {
   );
 }
 
+/** The rows that have a name. @param {Marks} marks */
+const named = ({ groups }) => [...new Set(Object.values(groups).flat())].sort((a, b) => a - b);
+
 /**
  * Rows as hand-made points. A dense mesh brings only its named features: the rest of it follows from them.
- * @param {Faces} faces
+ * @param {Faces} faces @param {boolean} alone
  * @returns {Faces}
  */
-export function loosened(faces) {
-  if (!pairable(faces)) return nothing();
-  const { target, reference } = /** @type {Record<Role, Marks>} */ (faces);
+export function loosened(faces, alone) {
+  const { target, reference } = faces;
+  if (!target || (!alone && !pairable(faces))) return nothing(alone);
   if (target.scheme === "points") return faces;
-  const rows = [...new Set(Object.values(target.groups).flat())].sort((a, b) => a - b);
-  /** @param {Marks} marks */
-  const chosen = (marks) => byHand(rows.map((row) => marks.points[row]?.slice(0, 2) ?? null));
-  return { target: chosen(target), reference: chosen(reference) };
+  const rows = named(target);
+  /** @param {Marks | null} marks */
+  const chosen = (marks) => marks && byHand(rows.map((row) => marks.points[row]?.slice(0, 2) ?? null));
+  return { target: chosen(target), reference: alone ? null : chosen(reference) };
 }
 
 /**
@@ -64,13 +67,14 @@ export function moved(faces, role, row, place) {
 
 /**
  * Place a point: the partner of the first that still lacks one here, else the first of a new pair.
- * @param {Faces} faces @param {Role} role @param {number[]} place
+ * @param {Faces} faces @param {Role} role @param {number[]} place @param {boolean} alone whether there is no other photo
  * @returns {{faces: Faces, row: number}}
  */
-export function added(faces, role, place) {
-  const loose = /** @type {Record<Role, Marks>} */ (loosened(faces));
-  const here = loose[role].points.slice();
-  const there = loose[other(role)].points.slice();
+export function added(faces, role, place, alone) {
+  const loose = loosened(faces, alone);
+  const here = loose[role]?.points.slice() ?? [];
+  if (alone) return { faces: { ...loose, [role]: byHand([...here, place]) }, row: here.length };
+  const there = loose[other(role)]?.points.slice() ?? [];
   let row = here.findIndex((point, k) => !point && there[k]);
   if (row < 0) {
     row = here.length;
@@ -80,19 +84,20 @@ export function added(faces, role, place) {
   return { faces: /** @type {Faces} */ ({ [role]: byHand(here), [other(role)]: byHand(there) }), row };
 }
 
+/** Whether points can be deleted: of a photo that is alone, or of both that are paired. @param {Faces} faces @param {boolean} alone */
+export const removable = (faces, alone) => (alone ? faces.target !== null : pairable(faces));
+
 /**
- * Delete a pair.
- * @param {Faces} faces @param {number} row
+ * Delete a pair, or a point of a photo that is alone.
+ * @param {Faces} faces @param {number} row @param {boolean} alone
  * @returns {Faces}
  */
-export function removed(faces, row) {
-  if (!pairable(faces)) return faces;
-  const marks = /** @type {Record<Role, Marks>} */ (faces);
-  const rows = [...new Set(Object.values(marks.target.groups).flat())].sort((a, b) => a - b);
-  const at = marks.target.scheme === "points" ? row : rows.indexOf(row);
-  const loose = /** @type {Record<Role, Marks>} */ (loosened(faces));
-  /** @param {Marks} one */
-  const without = (one) => byHand(one.points.filter((_, k) => k !== at));
+export function removed(faces, row, alone) {
+  if (!faces.target || !removable(faces, alone)) return faces;
+  const at = faces.target.scheme === "points" ? row : named(faces.target).indexOf(row);
+  const loose = loosened(faces, alone);
+  /** @param {Marks | null} one */
+  const without = (one) => one && byHand(one.points.filter((_, k) => k !== at));
   return { target: without(loose.target), reference: without(loose.reference) };
 }
 

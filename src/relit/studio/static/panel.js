@@ -46,6 +46,7 @@ export class Panel extends EventTarget {
     this.on("fit", () => this.viewport.fit());
     this.on("save", () => this.#say("save", this.format.value));
     this.picture = /** @type {HTMLImageElement} */ (this.part(".frame img"));
+    this.tasks = 0;
     this.filled(false);
   }
 
@@ -81,10 +82,11 @@ export class Panel extends EventTarget {
     this.part(".problem").textContent = text;
   }
 
-  /** @param {boolean} yes */
+  /** One task more, or one less: there may be several at once. @param {boolean} yes */
   busy(yes) {
-    this.root.classList.toggle("busy", yes);
-    this.root.setAttribute("aria-busy", String(yes));
+    this.tasks += yes ? 1 : -1;
+    this.root.classList.toggle("busy", this.tasks > 0);
+    this.root.setAttribute("aria-busy", String(this.tasks > 0));
   }
 
   /** @param {string} type @param {unknown} detail */

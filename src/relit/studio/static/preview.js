@@ -14,7 +14,10 @@ const PATIENCE = 300; // ms after which the user is told that work goes on
  *   seconds: number, lamps: [number, number, number, string][], fill: number, confidence: number}} Picture
  */
 
-/** @typedef {{options: object, views: string[], side: number}} Wish */
+/**
+ * @typedef {{options: object, reference: string | null, views: string[], side: number, fine: number}} Wish
+ *   px of quick pictures, and of fine ones
+ */
 
 export class Preview extends EventTarget {
   /**
@@ -72,7 +75,8 @@ export class Preview extends EventTarget {
   }
 
   /** @param {Wish} wish @param {boolean} quick @returns {Promise<boolean>} whether it was shown */
-  async #show({ options, views, side }, quick) {
+  async #show({ options, reference, views, side: rough, fine }, quick) {
+    const side = quick ? rough : fine;
     const control = (this.running = new AbortController());
     const { signal } = control;
     const slow = setTimeout(() => this.#say("busy", true), PATIENCE);
@@ -82,7 +86,7 @@ export class Preview extends EventTarget {
         if (signal.aborted) return false;
         // Clocks go on when the page is loaded again, and so does the order of requests.
         this.sequence = Math.max(this.sequence + 1, Date.now());
-        const response = await this.render({ options, view, side, quick, sequence: this.sequence }, signal);
+        const response = await this.render({ options, reference, view, side, quick, sequence: this.sequence }, signal);
         const made = await picture(view, response);
         if (!signal.aborted) this.#say("picture", made);
       }

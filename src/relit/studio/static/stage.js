@@ -25,6 +25,8 @@ const CAPTIONS = {
   known: "Where it is known",
 };
 
+const [LEAST, MOST] = [64, 2048]; // px that the server makes a preview of
+
 /** @typedef {keyof typeof TABS} Tab */
 
 export class Stage extends EventTarget {
@@ -38,6 +40,7 @@ export class Stage extends EventTarget {
     this.views = ["result"];
     this.close = true;
     this.zoom = 1;
+    this.longest = 1; // px of the photo
     /** @type {number[]} left, top, right and bottom of the face, in shares of the photo */
     this.face = [0, 0, 1, 1];
     /** @type {Map<HTMLImageElement, string>} */
@@ -77,6 +80,12 @@ export class Stage extends EventTarget {
     return Math.min(Math.max(Math.ceil(seen / 160) * 160, 480), 1440);
   }
 
+  /** As many px of the photo's reduction by a whole factor that is no smaller than what can be seen. */
+  get fine() {
+    const factor = Math.max(Math.floor(this.longest / this.side), Math.ceil(this.longest / MOST), 1);
+    return Math.max(Math.ceil(this.longest / factor), LEAST);
+  }
+
   /** @param {Tab} name */
   open(name) {
     this.tab = name;
@@ -94,6 +103,7 @@ export class Stage extends EventTarget {
   /** @param {Blob} target the photo before @param {import("./api.js").Photo} photo */
   before(target, { width, height, landmarks }) {
     this.root.style.setProperty("--ratio", String(width / height));
+    this.longest = Math.max(width, height);
     this.viewer.photo(target, { width, height });
     const points = /** @type {number[][]} */ (landmarks?.points.filter(Boolean) ?? [[0, 0], [width, height]]);
     const shares = [0, 1].map((axis) => points.map((at) => at[axis] / (axis ? height : width)));

@@ -52,9 +52,15 @@ export class Store extends EventTarget {
 
   /** Change the document and all of its history alike. @param {(document: T) => T} change */
   map(change) {
-    this.past = this.past.map(change);
-    this.future = this.future.map(change);
+    this.revise(change);
     this.#become(change(this.now));
+  }
+
+  /** Change the history alone; what becomes null is left out. @param {(document: T) => T | null} change */
+  revise(change) {
+    const kept = (/** @type {T[]} */ documents) => /** @type {T[]} */ (documents.map(change).filter((one) => one !== null));
+    this.past = kept(this.past);
+    this.future = kept(this.future);
   }
 
   undo() {

@@ -1,7 +1,7 @@
 // @ts-check
 /** What is done to the landmarks of both photos together: choosing, adding, deleting, groups. */
 
-import { LEAST, ROLES, added, moved, nothing, other, pairable, placed, removed, toSend } from "./pairs.js";
+import { LEAST, ROLES, added, moved, nothing, other, pairable, placed, removable, removed, toSend } from "./pairs.js";
 
 /**
  * @typedef {import("./api.js").Role} Role
@@ -33,12 +33,22 @@ export class PointTools {
     $("by-hand").addEventListener("click", () => {
       this.chosen = null;
       this.add(true);
-      store.set({ faces: nothing() });
+      store.set({ faces: nothing(this.alone) });
     });
   }
 
   get faces() {
     return this.store.now.faces;
+  }
+
+  /** Whether the target has no reference beside it, and needs no pairs. */
+  get alone() {
+    return !this.#filled("reference");
+  }
+
+  /** @param {Role} role */
+  #filled(role) {
+    return this.panels[role].root.classList.contains("filled");
   }
 
   /** The rows that can be had, group by group. @returns {[string, number[]][]} */
@@ -74,18 +84,19 @@ export class PointTools {
   }
 
   remove() {
-    if (this.chosen === null || !pairable(this.faces)) return;
+    const { alone } = this;
+    if (this.chosen === null || !removable(this.faces, alone)) return;
     const row = this.chosen;
     this.chosen = null;
-    this.store.set({ faces: removed(this.faces, row) });
-    this.say(`Pair ${row} deleted.`);
+    this.store.set({ faces: removed(this.faces, row, alone) });
+    this.say(`${alone ? "Point" : "Pair"} ${row} deleted.`);
   }
 
   /** Draw everything anew. */
   show() {
     const { faces } = this;
-    const lacking = ROLES.some((role) => this.panels[role].root.classList.contains("filled") && !faces[role]);
-    $("landmarks").hidden = !ROLES.some((role) => this.panels[role].root.classList.contains("filled"));
+    const lacking = ROLES.some((role) => this.#filled(role) && !faces[role]);
+    $("landmarks").hidden = !ROLES.some((role) => this.#filled(role));
     const rows = new Set(this.groups.filter(([name]) => !this.off.has(name)).flatMap(([, group]) => group));
     if (this.chosen !== null && !ROLES.some((role) => faces[role]?.points[/** @type {number} */ (this.chosen)])) this.chosen = null;
     for (const role of ROLES) {
@@ -104,7 +115,7 @@ export class PointTools {
       points.draw();
     }
     $("add").setAttribute("aria-pressed", String(this.adding));
-    $("remove").disabled = this.chosen === null || !pairable(faces);
+    $("remove").disabled = this.chosen === null || !removable(faces, this.alone);
     $("points-note").textContent = this.#note(lacking);
     this.#list();
   }
@@ -112,6 +123,12 @@ export class PointTools {
   /** @param {boolean} lacking */
   #note(lacking) {
     const { target, reference } = this.faces;
+    if (this.alone) {
+      if (!target && !this.adding) return "Nobody knows where the face is: press From nothing and click places all over it, or load a file.";
+      const count = target?.scheme === "points" ? placed(target) : LEAST;
+      if (count < LEAST) return `${count} of at least ${LEAST} points placed. Click places all over the face, its outline too.`;
+      return this.adding ? "Click more places all over the face, its outline too." : "";
+    }
     if (lacking && !this.adding) return "Without landmarks a photo cannot be laid on the other: press From nothing and click pairs of places, or load a file.";
     const byHand = target?.scheme === "points" && reference?.scheme === "points";
     const open = byHand ? target.points.findIndex((point, row) => !point || !reference.points[row]) : -1;
@@ -151,7 +168,7 @@ export class PointTools {
       if (spoken) this.say(`Point ${row} of the ${role}: ${inside.map((at) => at.toFixed(1)).join(", ")}`);
     });
     on("add", ({ place }) => {
-      const { faces, row } = added(this.faces, role, place);
+      const { faces, row } = added(this.faces, role, place, this.alone);
       this.chosen = row;
       this.store.set({ faces });
       this.say(this.#note(false) || `Point ${row} placed.`);

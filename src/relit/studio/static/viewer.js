@@ -5,7 +5,7 @@ import { comparison } from "./compare.js";
 import { Decoder } from "./decoder.js";
 import { holding } from "./hold.js";
 import { Levels } from "./levels.js";
-import { carry, copied } from "./outgoing.js";
+import { asPng, carry, copied } from "./outgoing.js";
 import { Pane } from "./pane.js";
 import { build } from "./viewer_parts.js";
 
@@ -137,7 +137,7 @@ export class Viewer extends EventTarget {
 
   /** Copy the picture that is seen as PNG, and return what went wrong, if anything did. */
   async copy() {
-    return this.shown ? copied(this.shown) : "There is no picture yet.";
+    return this.shown ? copied(asPng(this.shown)) : "There is no picture yet.";
   }
 
   /** @param {"before" | "after" | "twin"} name @param {HTMLImageElement | null} picture */

@@ -30,7 +30,7 @@ const PARTS = `
       <button type="button" data-do="actual" title="A pixel of the photo for each of the screen">100 %</button>
     </div>
     <span class="zoom"></span>
-    <span class="grip" draggable="true" aria-hidden="true" title="Drag the result out of the page, as a file">⠿ Drag out</span>
+    <span class="grip" draggable="true" aria-hidden="true" title="Drag the preview out of the page, as a file; Export gives the photo in full resolution">⠿ Drag preview out</span>
     <div class="histogram">
       <button type="button" data-end="low" aria-pressed="false"></button>
       <canvas width="256" height="64" role="img"></canvas>
