@@ -26,7 +26,7 @@ from relit.cli.telling import (
     report,
     warn_of_lossy_rows,
 )
-from relit.cli.wording import in_plain_words
+from relit.plain_words import in_plain_words
 from relit.settings.options import TransferOptions
 
 if TYPE_CHECKING:
