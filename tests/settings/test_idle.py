@@ -20,7 +20,7 @@ STRONG = {
     "kernel": "gaussian",
     "affine": False,
     "smoothing": 9.0,
-    "tint": "neutral",
+    "tint": 0.5,
     "exposure": "take",
 }
 
@@ -61,5 +61,6 @@ def test_the_neighborhood_counts_where_it_finds_lambda(studio):
 
 
 def test_what_has_a_say_is_not_told():
+    assert not {*idle(TransferOptions(light="loop", tint="neutral", exposure="keep"))} & {"tint", "exposure"}
     assert not {*idle(TransferOptions())} & {"lam", "turn", "tilt", "softness", "fill", "kernel", "tint"}
     assert {*idle(TransferOptions(method="ltv"))} == {"softness", "turn", "tilt", "fill"}

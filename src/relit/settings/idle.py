@@ -1,4 +1,7 @@
-"""Options that would do nothing, whatever their value, beside the method and the light that are chosen."""
+"""Options that would do nothing beside the method and the light that are chosen.
+
+Of the exposure and the tint, only what cannot be had counts, and not what is so in any case.
+"""
 
 from __future__ import annotations
 
@@ -42,6 +45,6 @@ def idle(options: TransferOptions) -> dict[str, str]:
         told |= dict.fromkeys(_OF_REFERENCES, lit)
         if options.exposure == "take" and options.record.anchors_itself:
             told["exposure"] = lit
-        if not studio_light(options.light).colored:
+        if options.tint_share and not studio_light(options.light).colored:  # none is what such a light gives
             told["tint"] = "a white light; leave it out, or give the light a colour"
     return told
