@@ -5,11 +5,11 @@ import { ApiError, fetchOptions, isAborted } from "./api.js";
 import { optionsOf } from "./command.js";
 import { Controls } from "./controls.js";
 import { entered } from "./entry.js";
+import { Exports } from "./exports.js";
 import { dropZone, onChosen, save } from "./files.js";
+import { undoing } from "./history.js";
 import { Intake } from "./intake.js";
 import { Lighting } from "./lighting.js";
-import { Newest } from "./newest.js";
-import { copied } from "./outgoing.js";
 import { Panel } from "./panel.js";
 import { ROLES } from "./pairs.js";
 import { picking } from "./picking.js";
@@ -17,13 +17,14 @@ import { PointTools } from "./tools.js";
 import { Preview } from "./preview.js";
 import { Problems } from "./problems.js";
 import { refill } from "./revival.js";
+import { Seat } from "./seat.js";
 import { share } from "./share.js";
+import { showing } from "./showing.js";
 import { Stage } from "./stage.js";
 import { Store } from "./state.js";
 import { FilmStrip } from "./strip.js";
 import { Sync } from "./sync.js";
 import { begin, hold, keep } from "./visit.js";
-import { first } from "./zip.js";
 
 /**
  * @typedef {import("./api.js").Role} Role
@@ -44,10 +45,9 @@ async function start() {
   const offer = await entered(fetchOptions);
   const { session, photos, kept, told } = await begin();
   /** @type {Record<Role, string>} */
-  let names = kept?.names ?? { target: photos.target?.name ?? "", reference: photos.reference?.name ?? "" };
+  const names = kept?.names ?? { target: photos.target?.name ?? "", reference: photos.reference?.name ?? "" };
   /** @type {import("./revival.js").Files} of the photos in hand, where the page has them itself */
   const files = { target: null, reference: null };
-  let took = 0;
 
   const controls = new Controls(offer.options, $("first"), $("more"));
   /** @type {Store<Document>} */
@@ -60,11 +60,9 @@ async function start() {
   for (const role of ROLES) $("pair").append(panels[role].root);
   const problems = new Problems($("stage-problem"), panels);
   const tools = new PointTools(store, panels, say);
-  const seats = new Newest(); // of the references that the server is asked to have
-  let seated = Promise.resolve(); // until it has the one that is chosen
   /** Have the server know what the page knows. */
   const agree = async () => {
-    if (!store.now.options.light) await seated;
+    if (!store.now.options.light) await seat.settled;
     await sync.push(() => store.now.faces);
   };
   const preview = new Preview((request, signal) => session.render(request, signal), agree);
@@ -90,13 +88,22 @@ async function start() {
     return Boolean(photos.target && tools.usable("target") && (lit || (photos.reference && tools.paired)));
   };
 
-  let exporting = false;
+  const exports = new Exports(session, stage.viewer, $("export"), $("copy-picture"), {
+    attempt: (act, doing) => attempt(null, act, doing),
+    request: async () => {
+      await agree();
+      const { options, reference } = store.now;
+      return { options, reference: reference || null };
+    },
+    format: () => $("format").value,
+    name: () => names.target,
+    size: () => (ready() ? photos.target : null),
+    say,
+  });
   const refresh = () => {
     const able = ready();
-    $("export").disabled = exporting || !able;
+    exports.able(able);
     $("swap").disabled = !(photos.target && photos.reference);
-    $("undo").disabled = !store.past.length;
-    $("redo").disabled = !store.future.length;
     const { options, reference } = store.now;
     const { wanted: views, side, fine } = stage;
     if (able) preview.ask({ options, reference: reference || null, views, side, fine });
@@ -187,45 +194,22 @@ async function start() {
     }
   };
 
-  /** Show a reference that is at hand, once the server has it in its seat. @param {string} id */
-  const seat = async (id) => {
-    const signal = seats.next();
-    const name = gallery.names[id];
-    film.left();
-    const photo = await gallery.use(id, signal);
-    names.reference = name;
-    files.reference = gallery.files.get(id) ?? null;
-    sync.knows("reference", { target: null, reference: photo.landmarks });
-    await showPhoto("reference", photo, signal);
-    return photo.landmarks;
-  };
-  /** Take the light of a reference at hand. @param {string} id */
-  const choose = (id) => {
-    const wish = lighting.newest.next();
-    seated = attempt("reference", () =>
-      sync.exchange(["reference"], async () => {
-        const change = { faces: { ...store.now.faces, reference: await seat(id) }, reference: id };
-        change.faces.target = store.now.faces.target;
-        // A lamp that was chosen meanwhile stays.
-        if (wish.aborted) store.settle(change);
-        else store.set({ ...change, options: lighting.ofPhoto });
-        note();
-      }),
-    );
-    return seated;
-  };
-  /** A reference that cannot be had again: what it lit is history no more, and lamps are beside the one now. @param {string} id */
-  const forget = (id) => {
-    const { reference, faces } = store.now;
-    store.revise((one) => {
-      if (one.reference !== id) return one;
-      return one.options.light ? { ...one, reference, faces: { ...one.faces, reference: faces.reference } } : null;
-    });
-  };
-
+  const seat = new Seat(gallery, sync, store, lighting, {
+    attempt,
+    leaving: () => film.left(),
+    taken: (id, name) => {
+      names.reference = name;
+      files.reference = gallery.files.get(id) ?? null;
+    },
+    show: (photo, signal) => showPhoto("reference", photo, signal),
+    note: () => {
+      note();
+      refresh();
+    },
+  });
   const intake = new Intake(session, sync, offer, attempt, lighting, {
     photos: async ({ target, reference }, from) => {
-      if (reference) await choose(reference);
+      if (reference) await seat.choose(reference);
       if (!target) return;
       names.target = from.target?.name ?? "";
       await take({ target }, { target: from.target });
@@ -270,21 +254,8 @@ async function start() {
     film.told(frame, problems.now.target, files.target);
   });
   film.addEventListener("made", (event) => save(/** @type {CustomEvent<Blob>} */ (event).detail, "relit-photos.zip"));
-  lighting.addEventListener("reference", (event) => void choose(/** @type {CustomEvent<string>} */ (event).detail));
+  lighting.addEventListener("reference", (event) => void seat.choose(/** @type {CustomEvent<string>} */ (event).detail));
   lighting.addEventListener("note", note);
-  gallery.addEventListener("remove", async (event) => {
-    const id = /** @type {CustomEvent<string>} */ (event).detail;
-    await seated; // it may be about to come into use
-    if (!(id in gallery.names)) return;
-    await attempt(null, async () => {
-      await gallery.remove(id);
-      // In use, it stays so.
-      if (store.now.reference === id) store.map((one) => (one.reference === id ? { ...one, reference: "" } : one));
-      else forget(id);
-      note();
-      refresh();
-    });
-  });
   const load = share(store, offer.options, () => names, (id) => id in gallery.names, say);
   const loading = (/** @type {File} */ file) => attempt(null, () => load(file));
   onChosen($("load-settings"), ([file]) => void loading(file));
@@ -296,24 +267,6 @@ async function start() {
       else say("That is beside the face.");
     }),
   );
-  viewer.file = () => {
-    const { src = "", naturalWidth, naturalHeight } = viewer.pictures.after ?? {};
-    return { url: src, name: `${(names.target || "photo").replace(/\.[^.]*$/, "")}-relit-${naturalWidth}x${naturalHeight}.jpg` };
-  };
-  $("copy-picture").addEventListener("click", () => {
-    if (!ready()) return say("There is no picture yet.");
-    return attempt(null, async () => {
-      const { width, height } = /** @type {import("./api.js").Photo} */ (photos.target);
-      const png = agree().then(async () => {
-        const { options, reference } = store.now;
-        return first((await session.export({ options, reference: reference || null, format: ".png" })).file);
-      });
-      const refused = await copied(png);
-      await png; // what the server refuses is its to tell
-      say(refused || `Copied the picture, ${width} × ${height}.`);
-    }, "Making it in full resolution…");
-  });
-
   for (const role of ROLES) {
     const panel = panels[role];
     panel.addEventListener("files", (event) => void intake.receive(/** @type {CustomEvent} */ (event).detail, role));
@@ -329,10 +282,10 @@ async function start() {
 
   $("samples").addEventListener("click", () =>
     attempt(null, async () => {
-      for (const newest of [intake.target, lighting.newest, seats]) newest.next();
+      for (const newest of [intake.target, lighting.newest, seat.newest]) newest.next();
       await sync.exchange(ROLES, async () => {
         const given = await session.samples();
-        names = { target: "target.png", reference: "reference.jpg" }; // as `relit samples` writes them
+        Object.assign(names, { target: "target.png", reference: "reference.jpg" }); // as `relit samples` writes them
         gallery.seat("sample", names.reference);
         await take(given);
       });
@@ -344,7 +297,7 @@ async function start() {
       await sync.exchange(ROLES, async () => {
         film.left();
         const { id, ...given } = await session.swap();
-        names = { target: names.reference, reference: names.target };
+        Object.assign(names, { target: names.reference, reference: names.target });
         Object.assign(files, { target: files.reference, reference: files.target });
         if (files.reference) gallery.files.set(id, files.reference);
         film.inHand(files.target);
@@ -375,30 +328,7 @@ async function start() {
     tools.add(false);
     store.set({ faces });
   });
-  $("export").addEventListener("click", async () => {
-    $("export").disabled = exporting = true;
-    try {
-      await attempt(null, async () => {
-        await agree();
-        const { options, reference } = store.now;
-        const { file, lost } = await session.export({ options, reference: reference || null, format: $("format").value });
-        save(file, "relit.zip");
-        say(lost.length ? `Exported relit.zip. This format does not keep ${lost.join(", ")}.` : "Exported relit.zip.");
-      }, "Exporting in full resolution…");
-    } finally {
-      exporting = false;
-      $("export").disabled = !ready();
-    }
-  });
-  $("undo").addEventListener("click", () => store.undo());
-  $("redo").addEventListener("click", () => store.redo());
-  window.addEventListener("keydown", (event) => {
-    const typing = event.target instanceof HTMLInputElement && ["text", "number"].includes(event.target.type);
-    if (!(event.ctrlKey || event.metaKey) || typing || !["z", "y"].includes(event.key.toLowerCase())) return;
-    event.preventDefault();
-    if (event.shiftKey || event.key.toLowerCase() === "y") store.redo();
-    else store.undo();
-  });
+  undoing(store, $("undo"), $("redo"));
 
   controls.addEventListener("change", (event) => {
     const { name, value } = /** @type {CustomEvent} */ (event).detail;
@@ -414,61 +344,28 @@ async function start() {
       controls.show(store.now.options);
       note();
     }
-    const { reference, faces } = store.now;
-    if (before.faces.target !== faces.target) film.placed(files.target, faces.target);
-    if (reference !== before.reference) {
-      if (!before.reference) forget("");
-      // Undone, or redone.
-      if (reference && reference !== gallery.asked) {
-        seated = attempt("reference", () => sync.exchange(["reference"], () => seat(reference).then(() => {})));
-      }
-    }
+    const { target } = store.now.faces;
+    if (before.faces.target !== target) film.placed(files.target, target);
     tools.show();
     refresh();
   });
   stage.addEventListener("open", refresh);
 
-  preview.addEventListener("busy", (event) => {
-    const busy = /** @type {CustomEvent} */ (event).detail;
-    $("stage").classList.toggle("busy", busy);
-    if (busy) say("Relighting…");
-    else if ($("status").textContent === "Relighting…") say("");
-  });
-  preview.addEventListener("settled", (event) => {
-    $("stage").setAttribute("aria-busy", String(!(/** @type {CustomEvent} */ (event).detail)));
-  });
-  preview.addEventListener("picture", (event) => {
-    /** @type {import("./preview.js").Picture} */
-    const picture = /** @type {CustomEvent} */ (event).detail;
-    controls.forgive();
-    problems.tell("work", "");
-    $("points-problem").textContent = "";
-    // A face that was placed by hand is found.
-    for (const role of ROLES) if (photos[role]?.message && !faceless(role)) problems.tell(role, "");
-    stage.show(picture);
-    lighting.desk.light(picture.lamps, picture.fill);
-    const { finest, seconds } = picture;
-    took = seconds;
-    panels.target.points.finest = finest;
-    panels.target.points.draw();
-    $("finest").textContent = finest
-      ? `What is below ${finest.toFixed(1)} px stays the person's: the circle λ on the target.`
-      : "";
-  });
-  preview.addEventListener("done", () => {
-    say(`Done in ${took.toFixed(2)} s.`);
-    void gallery.looks.go();
-  });
-  preview.addEventListener("problem", (event) => {
-    const error = /** @type {CustomEvent} */ (event).detail;
-    if (!(error instanceof ApiError)) throw error;
-    // A view that this method does not make: its result says whether anything else is wrong.
-    if (stage.tab !== "result" && error.status !== 0 && error.code !== "busy") return stage.open("result");
-    const marks = ["bad_landmarks", "no_face"].includes(error.code);
-    const blamed = controls.blame(error.message);
-    $("points-problem").textContent = !blamed && marks ? error.message : "";
-    problems.tell("work", blamed || marks ? "" : error.message);
-    say(error.message);
+  showing(preview, stage, controls, problems, {
+    looks: gallery.looks,
+    say,
+    said: () => $("status").textContent,
+    blame: (text) => ($("points-problem").textContent = text),
+    came: ({ lamps, fill, finest }) => {
+      // A face that was placed by hand is found.
+      for (const role of ROLES) if (photos[role]?.message && !faceless(role)) problems.tell(role, "");
+      lighting.desk.light(lamps, fill);
+      panels.target.points.finest = finest;
+      panels.target.points.draw();
+      $("finest").textContent = finest
+        ? `What is below ${finest.toFixed(1)} px stays the person's: the circle λ on the target.`
+        : "";
+    },
   });
 
   await gallery.restore(kept?.references ?? {}, kept?.starred ?? []);
