@@ -28,10 +28,10 @@ def test_the_honest_are_served_and_attackers_refused():
 
 def test_what_is_slowed_is_told():
     tally = Tally()
-    tally.seconds["quiet"]["render"] = [1.0] * 10
-    tally.seconds["many_renders"]["render"] = [SLOWER * 0.99] * 10
+    tally.seconds["quiet"]["render"] = [1.0] * 20
+    tally.seconds["many_renders"]["render"] = [SLOWER * 0.99] * 20
     assert slowed(tally) == []
-    tally.seconds["half_heads"]["render"] = [1.0] * 8 + [SLOWER * 1.01] * 2
+    tally.seconds["half_heads"]["render"] = [1.0] * 17 + [SLOWER * 1.01] * 3
     (told,) = slowed(tally)
     assert told.startswith("render: 5.05 s, 1.00 s in quiet")
     assert "(half_heads)" in told

@@ -10,7 +10,7 @@ from relit.settings.options import TransferOptions
 from relit.video.film import relight_video
 from tests.video.clips import face, frames, make, moving
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.rotating]
 
 
 def relit(source, output, **more):

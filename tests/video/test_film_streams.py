@@ -15,6 +15,7 @@ from relit.video.clip import look_at
 from relit.video.film import relight_video
 from tests.video.clips import frames, make, moving, packets
 
+pytestmark = [pytest.mark.slow, pytest.mark.rotating]
 LIGHT = TransferOptions(light="split")
 MS = Fraction(1, 1000)
 
@@ -55,9 +56,6 @@ def relit(tmp_path):
         return relight_video(str(source), str(tmp_path / output), options, **more)
 
     return relit
-
-
-pytestmark = pytest.mark.slow
 
 
 def test_attached_files_stay_in_mkv_and_are_named_elsewhere(tmp_path, relit):
