@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
-from threading import Lock
+from functools import partial
 from typing import TYPE_CHECKING
 
 import cv2
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
+from relit.runtime.held import Held
 
-_lock = Lock()
-_inside, _before = 0, 0
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+
+def _hold() -> Callable[[], None]:
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    return partial(cv2.setNumThreads, before)
+
+
+_one = Held(_hold)
 
 
 @contextmanager
@@ -30,16 +38,5 @@ def one_opencv_thread() -> Iterator[None]:
     >>> cv2.getNumThreads() == before
     True
     """
-    global _inside, _before
-    with _lock:
-        if _inside == 0:
-            _before = cv2.getNumThreads()
-            cv2.setNumThreads(1)
-        _inside += 1
-    try:
+    with _one.inside():
         yield
-    finally:
-        with _lock:
-            _inside -= 1
-            if _inside == 0:
-                cv2.setNumThreads(_before)

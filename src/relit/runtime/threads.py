@@ -8,12 +8,12 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar, copy_context
 from functools import cache
-from threading import Lock
-from typing import Any, Protocol, TypeVar, cast
+from typing import Protocol, TypeVar
 
 from threadpoolctl import ThreadpoolController
 
 from relit.errors import OptionError
+from relit.runtime.held import Held
 
 _LEAST_PIXELS = 2**15  # of a band; below, a thread does not pay
 _LEAST_ROWS = 16  # the most that a band shares with its neighbour
@@ -24,8 +24,6 @@ ONE_BLAS_THREAD = dict.fromkeys(
 ) | {"VECLIB_MAXIMUM_THREADS": "1"}
 
 _most: ContextVar[int | None] = ContextVar("most", default=None)
-_lock = Lock()
-_inside, _before = 0, cast("Any", None)
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -138,20 +136,18 @@ def one_blas_thread() -> Iterator[None]:
     ...     np.linalg.solve(2 * np.eye(2), [1, 2]).tolist()
     [0.5, 1.0]
     """
-    global _inside, _before
-    with _lock:
-        if _inside == 0:
-            _before = _blas().limit(limits=1, user_api="blas")
-        _inside += 1
-    try:
+    with _one_blas.inside():
         yield
-    finally:
-        with _lock:
-            _inside -= 1
-            if _inside == 0:
-                _before.restore_original_limits()
 
 
 @cache
 def _blas() -> ThreadpoolController:
     return ThreadpoolController()
+
+
+def _hold_blas() -> Callable[[], None]:
+    restore: Callable[[], None] = _blas().limit(limits=1, user_api="blas").restore_original_limits
+    return restore
+
+
+_one_blas = Held(_hold_blas)

@@ -65,6 +65,13 @@ def settled(page):
     assert re.match("Done", page.inner_text("#status")), page.inner_text("#status")
 
 
+def begin(page, *files):
+    """Drop files on the fresh page, and wait until it shows what it makes of them."""
+    drop(page, "#stage", *files)
+    page.wait_for_selector(".stage.filled")
+    settled(page)
+
+
 def api(page, path, method="GET"):
     """Ask the server what it holds of this page's session; the status and the answer."""
     return page.evaluate(

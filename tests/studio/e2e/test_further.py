@@ -12,7 +12,7 @@ from PIL import Image
 
 from relit.cli import app as cli
 from relit.photo.samples import SAMPLES
-from tests.studio.e2e.page import drag, drop, on_screen, points, quiet, settled, until
+from tests.studio.e2e.page import begin, drag, drop, on_screen, points, quiet, settled, until
 
 pytestmark = [pytest.mark.e2e, pytest.mark.slow, pytest.mark.rotating]
 
@@ -138,9 +138,7 @@ def test_the_picture_is_copied_in_full_resolution(visit, photos, tmp_path):
     large = tmp_path / "large.png"
     with Image.open(photos[0]) as photo:
         photo.resize((1350, 1530)).save(large)
-    drop(page, "#stage", large)
-    page.wait_for_selector(".stage.filled")
-    settled(page)
+    begin(page, large)
     shown = page.evaluate("document.querySelector('#viewer .main .after img').naturalWidth")
     assert shown < 1350
     page.get_by_text("Take it further").click()
@@ -165,8 +163,6 @@ def test_a_fine_preview_is_as_sharp_as_what_is_seen(visit, photos, tmp_path):
     large = tmp_path / "large.png"
     with Image.open(photos[0]) as photo:
         photo.resize((1350, 1350)).save(large)
-    drop(page, "#stage", large)
-    page.wait_for_selector(".stage.filled")
-    settled(page)
+    begin(page, large)
     picture = page.locator("#viewer .main .after img")
     assert picture.evaluate("one => one.naturalWidth") >= picture.bounding_box()["width"]

@@ -9,7 +9,7 @@ from PIL import Image
 
 from relit.face.detect import detect_landmarks
 from relit.photo.reading import read_image
-from tests.studio.e2e.page import api, drop, points, quiet, settled, until
+from tests.studio.e2e.page import api, begin, drop, points, quiet, settled, until
 
 pytestmark = [pytest.mark.e2e, pytest.mark.slow, pytest.mark.rotating]
 
@@ -28,9 +28,7 @@ def three(photos, tmp_path):
 def strip(visit, three):
     """The page with a film strip."""
     page = visit(fit=False)
-    drop(page, "#stage", *three)
-    page.wait_for_selector(".stage.filled")
-    settled(page)
+    begin(page, *three)
     return page
 
 
@@ -38,9 +36,7 @@ def strip(visit, three):
 def lit(visit, photos, tmp_path):
     """The page with a person and two references, of which the second is in use."""
     page = visit(fit=False)
-    drop(page, "#stage", photos[0])
-    page.wait_for_selector(".stage.filled")
-    settled(page)
+    begin(page, photos[0])
     for name in ("first.jpg", "second.jpg"):
         (tmp_path / name).write_bytes(photos[1].read_bytes())
         drop(page, "#stage", tmp_path / name)
@@ -237,9 +233,7 @@ def test_landmarks_by_hand_stay_with_their_frame(strip):
 def test_a_frame_whose_face_was_placed_by_hand_is_relit(visit, three, tmp_path):
     page, wall = visit(), tmp_path / "wall.png"
     Image.new("RGB", (150, 170), "grey").save(wall)
-    drop(page, "#stage", *three[:2], wall)
-    page.wait_for_selector(".stage.filled")
-    settled(page)
+    begin(page, *three[:2], wall)
     with page.expect_download() as download:
         page.locator(".photo[data-role=target] [data-do=save]").click()
     marks = tmp_path / download.value.suggested_filename

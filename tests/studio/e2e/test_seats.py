@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.studio.e2e.page import api, drop, points, quiet, settled
+from tests.studio.e2e.page import api, begin, drop, points, quiet, settled
 
 pytestmark = [pytest.mark.e2e, pytest.mark.slow, pytest.mark.rotating]
 
@@ -12,9 +12,7 @@ pytestmark = [pytest.mark.e2e, pytest.mark.slow, pytest.mark.rotating]
 def pair(visit, photos):
     """The page with a person and a light."""
     page = visit(fit=False)
-    drop(page, "#stage", *photos)
-    page.wait_for_selector(".stage.filled")
-    settled(page)
+    begin(page, *photos)
     return page
 
 
